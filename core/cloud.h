@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// The values that flow between the folders: triangle meshes of mines, point clouds, and scans with
+// their exact truth. Structs of arrays; an optional attribute is an empty array.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/pose.h"
+
+namespace minescan {
+
+/// Points in metres. The frame is named by the holder: `target`, `source`, `scan.cloud`.
+struct PointCloud {
+  std::vector<Eigen::Vector3d> points = {};
+  std::vector<Eigen::Vector3d> normals = {};  // empty, or one unit vector per point
+};
+
+/// What a surface does to light.
+struct Material {
+  std::string name = {};
+  double reflectance = 0.35;  // diffuse, at the scanner's wavelength, in (0, 1]
+};
+
+/// Triangles with shared vertices, world frame, metres. Seen from free space the vertices of a
+/// triangle run counter-clockwise, so normals point into the open mine.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices = {};
+  std::vector<std::array<std::uint32_t, 3>> triangles = {};
+  std::vector<std::uint8_t> material = {};  // one index into `materials` per triangle
+  std::vector<Material> materials = {};     // at most 256
+};
+
+/// What happened to a measured point; bits of Scan::flags.
+enum ScanFlag : std::uint8_t {
+  flag_none = 0,
+  flag_mixed_pixel = 1,  // the beam's footprint met more than one surface
+  flag_wrapped = 2,      // beyond the ambiguity interval: the range is short by a multiple of it
+  flag_outlier = 4,      // the signal was too weak: the range has little to do with the surface
+};
+
+/// What one scanner saw from one place, with the exact truth beside every measured point.
+/// The per-point arrays have as many entries as cloud.points, in the order of time. Beams without
+/// return are not listed.
+struct Scan {
+  std::string scene = {};    // name of the scene
+  std::string scanner = {};  // name of the scanner
+  std::uint64_t seed = 0;
+
+  Pose T_world_scanner = Pose::Identity();  // exact
+  PointCloud cloud = {};                    // measured, scanner frame
+
+  std::vector<float> intensity = {};              // received amplitude, 1 = white plate at 1 m
+  std::vector<double> time = {};                  // seconds since the start of the scan
+  std::vector<std::uint32_t> ring = {};           // index of the beam in its plane
+  std::vector<std::uint32_t> column = {};         // index of the plane
+  std::vector<double> range = {};                 // metres, as measured
+  std::vector<double> true_range = {};            // metres, along the beam as it really pointed
+  std::vector<float> incidence = {};              // radians between beam and surface normal
+  std::vector<Eigen::Vector3f> true_normal = {};  // of the triangle, scanner frame, towards the scanner
+  std::vector<std::uint32_t> triangle = {};       // index into the scene's triangles
+  std::vector<std::uint8_t> material = {};        // index into the scene's materials
+  std::vector<std::uint8_t> flags = {};           // of ScanFlag
+
+  std::uint64_t beams = 0;  // fired, with or without return
+};
+
+}  // namespace minescan

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "core/parallel.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace minescan {
+
+void parallel_for(std::size_t count, std::size_t grain,
+                  const std::function<void(std::size_t, std::size_t)>& body) {
+  if (grain == 0) throw std::invalid_argument("parallel_for: expected a grain of at least 1");
+  const std::size_t blocks = (count + grain - 1) / grain;
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
+    body(block * grain, std::min(count, (block + 1) * grain));
+  });
+}
+
+struct ThreadLimit::Impl {
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads) {
+  if (threads < 1) throw std::invalid_argument("expected at least 1 thread");
+  impl_ = std::make_unique<Impl>(
+      Impl{tbb::global_control(tbb::global_control::max_allowed_parallelism,
+                               static_cast<std::size_t>(threads))});
+}
+ThreadLimit::~ThreadLimit() = default;
+
+int available_threads() { return tbb::info::default_concurrency(); }
+
+}  // namespace minescan

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Loops over several cores. A body writes to its own slots of arrays sized beforehand, and sums are
+// taken in index order afterwards, so results do not depend on the number of threads.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace minescan {
+
+/// Calls body(begin, end) for consecutive blocks of `grain` indices (the last may be shorter) that
+/// cover 0 ... count - 1, each block once, in any order and from several threads. The blocks do not
+/// depend on the number of threads. An exception of a body ends the loop and is thrown here.
+void parallel_for(std::size_t count, std::size_t grain,
+                  const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+/// While it lives, loops use at most `threads` threads (>= 1).
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct Impl;  // keeps TBB out of this header
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The cores that this process may use.
+int available_threads();
+
+}  // namespace minescan

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// What every registration method returns.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "core/pose.h"
+
+namespace minescan {
+
+enum class Status {
+  not_run,         // the default, so that a forgotten result cannot pass for a good one
+  converged,       // the last step was below the convergence limit
+  max_iterations,  // the pose is the last one reached
+  no_overlap,      // too few source points met the target; the pose is the guess
+  degenerate,      // the problem does not fix all six degrees of freedom; the pose is the guess
+};
+constexpr auto names_of(Status) {
+  return std::to_array<std::string_view>(
+      {"not_run", "converged", "max_iterations", "no_overlap", "degenerate"});
+}
+
+/// Wall time of the stages of one registration, seconds.
+struct StageTimes {
+  double target = 0;  // preparing the target: search tree or cells
+  double source = 0;  // preparing the source: sampling
+  double align = 0;   // iterating
+};
+
+struct RegistrationResult {
+  Pose T_target_source = Pose::Identity();
+  Status status = Status::not_run;
+  int iterations = 0;
+  double score = 0;  // the method's own objective at the end; lower is better
+  std::size_t target_points = 0;
+  std::size_t source_points = 0;
+  std::size_t used_points = 0;   // source points after sampling
+  StageTimes time = {};
+  double cpu = 0;                // processor time of the calling thread for all of it, seconds
+  std::size_t target_bytes = 0;  // memory of the prepared target
+  /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m rad,
+  /// rad^2. Zero where the method gives none.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+}  // namespace minescan

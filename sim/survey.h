@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Surveys: where a scanner stands in which mine, and which pairs of its scans are to be registered.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/cloud.h"
+#include "core/fields.h"
+
+namespace minescan {
+
+/// One place to scan from.
+struct Station {
+  std::string scanner = {};  // name in scanners()
+  Settings settings = {};    // fields of the scanner that differ from its row
+  Pose T_world_scanner = Pose::Identity();
+};
+
+/// Indices of two stations; the source is registered to the target.
+struct StationPair {
+  std::size_t target = 0;
+  std::size_t source = 1;
+};
+
+struct Survey {
+  std::string name = {};
+  std::string description = {};
+  std::string scene = {};        // name in scenes()
+  Settings scene_settings = {};  // fields of the scene that differ from its defaults
+  std::vector<Station> stations = {};
+  std::vector<StationPair> pairs = {};
+  // One sigma of what the vehicle's odometry errs by from one station to the next, per axis. The
+  // pairs' start poses in a data set come from it.
+  double odometry_translation = 0.12;  // metres; the size of error in section 5.1 of the paper
+  double odometry_rotation = 0.02;     // radians
+};
+
+/// All surveys known by name.
+const std::vector<Survey>& surveys();
+
+/// The row called `name`. Throws std::invalid_argument with the known names.
+const Survey& find_survey(const std::string& name);
+
+/// The scans of all stations in `mesh`, in order. Station i uses derived_seed(seed, "scan i").
+/// `done` is called after each station with the number done, from the calling thread.
+std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed,
+                             const std::function<void(std::size_t)>& done = {});
+
+}  // namespace minescan
