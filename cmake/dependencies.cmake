@@ -17,5 +17,7 @@ find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
 find_path(LZF_INCLUDE_DIR lzf.h PATH_SUFFIXES liblzf REQUIRED)
 find_library(LZF_LIBRARY lzf REQUIRED)
 if(MINESCAN_PCL)
-  find_package(PCL 1.12 REQUIRED COMPONENTS common kdtree registration filters)
+  # Through pkg-config: PCLConfig.cmake would look for VTK and Qt, which registration does not need.
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(PCL REQUIRED IMPORTED_TARGET pcl_registration)
 endif()

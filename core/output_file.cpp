@@ -33,8 +33,12 @@ OutputFile::OutputFile(std::filesystem::path final_path)
     errno = EISDIR;
     fail(final_path_, "cannot be written");
   }
+  // A device or pipe (/dev/stdout) is written in place: renaming would replace it by a file.
+  if (std::filesystem::exists(final_path_) && !std::filesystem::is_regular_file(final_path_))
+    temporary_path_.clear();
   errno = 0;
-  stream_.open(temporary_path_, std::ios::binary | std::ios::trunc);
+  stream_.open(temporary_path_.empty() ? final_path_ : temporary_path_,
+               std::ios::binary | std::ios::trunc);
   if (!stream_) fail(final_path_, "cannot be written");
 }
 
@@ -51,6 +55,7 @@ void OutputFile::commit() {
   if (!stream_) fail(final_path_, "cannot be written");
   stream_.close();
   if (!stream_) fail(final_path_, "cannot be written");
+  if (temporary_path_.empty()) return;
   const int file = open(temporary_path_.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = file >= 0 && fsync(file) == 0;
   if (file >= 0) close(file);

@@ -13,7 +13,8 @@ namespace minescan {
 /// A file being written. All errors are std::runtime_error naming the file and the system's reason.
 class OutputFile {
  public:
-  /// Creates the temporary file. Throws if the folder does not exist or cannot be written.
+  /// Creates the temporary file. Throws if the folder does not exist or cannot be written. A device
+  /// or pipe is written in place.
   explicit OutputFile(std::filesystem::path final_path);
   ~OutputFile();  // removes the temporary file unless committed
   OutputFile(const OutputFile&) = delete;
@@ -21,7 +22,8 @@ class OutputFile {
 
   /// Where to write, for text and binary alike.
   std::ostream& stream() { return stream_; }
-  /// The temporary file's name, with the final extension, for libraries that open files themselves.
+  /// The temporary file's name, with the final extension, for libraries that open files themselves;
+  /// empty for a device.
   const std::filesystem::path& temporary_path() const { return temporary_path_; }
   /// Writes what is buffered, puts it on the disk and gives the file its final name.
   void commit();

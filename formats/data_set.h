@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// The folder of a survey: scans with exact truth, trajectories, and the pairs to register.
+//
+//   survey.yaml      what made it
+//   scans/0000.ply   measured points in the scanner frame and the truth of each (print_scan)
+//   truth.tum        exact T_world_scanner of every scan
+//   odometry.tum     what the vehicle believed
+//   pairs.csv        target, source, overlap, truth and guess of every pair
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/cloud.h"
+
+namespace minescan {
+
+/// One pair of a data set; poses T_target_source.
+struct DataSetPair {
+  std::size_t target = 0;  // indices of scans
+  std::size_t source = 0;
+  double overlap = 0;  // share of the source's points that the target saw too, in [0, 1]
+  Pose truth = Pose::Identity();
+  Pose guess = Pose::Identity();
+};
+
+/// "scans/0012.ply"
+std::filesystem::path scan_file(std::size_t index);
+
+/// A scan as binary PLY. Per vertex: x y z (float, m, scanner frame), intensity (float), time
+/// (double, s), ring, column (uint), true_range, range (double, m), incidence (float, rad), nx ny nz
+/// (float, true normal, scanner frame), triangle (uint), material, flags (uchar).
+std::string print_scan(const Scan& scan);
+
+/// Lines "time tx ty tz qx qy qz qw" in the form of the TUM RGB-D benchmark, 17 significant digits.
+std::string print_tum(const std::vector<double>& times, const std::vector<Pose>& poses);
+
+std::string print_pairs(const std::vector<DataSetPair>& pairs);
+/// The inverse of print_pairs. Throws std::runtime_error "name:line: what".
+std::vector<DataSetPair> parse_pairs(std::string_view text, const std::string& name);
+
+/// A pose from a file: 16 (or 12) row-major numbers, or tx ty tz qx qy qz qw; # begins a comment.
+/// Throws std::runtime_error naming the file.
+Pose read_pose(const std::filesystem::path& path);
+
+}  // namespace minescan

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "core/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace minescan {
+namespace {
+
+TEST(ParallelFor, VisitsEveryIndexOnceInTheSameBlocks) {
+  for (const int threads : {1, 4}) {
+    const ThreadLimit limit(threads);
+    std::vector<int> visits(1003, 0);
+    std::vector<std::size_t> begin_of(1003, 0);
+    parallel_for(visits.size(), 10, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        ++visits[i];
+        begin_of[i] = begin;
+      }
+    });
+    for (std::size_t i = 0; i < visits.size(); ++i) {
+      EXPECT_EQ(visits[i], 1);
+      EXPECT_EQ(begin_of[i], i / 10 * 10);
+    }
+  }
+}
+
+TEST(ParallelFor, PassesOnWhatABodyThrows) {
+  EXPECT_THROW(parallel_for(100, 1, [](std::size_t i, std::size_t) {
+                 if (i == 50) throw std::runtime_error("fifty");
+               }),
+               std::runtime_error);
+  EXPECT_THROW(parallel_for(1, 0, [](std::size_t, std::size_t) {}), std::invalid_argument);
+  EXPECT_THROW(ThreadLimit(0), std::invalid_argument);
+  parallel_for(0, 1, [](std::size_t, std::size_t) { FAIL() << "there is no index"; });
+}
+
+TEST(ThreadLimit, OfOneRunsOnTheCallingThread) {
+  const ThreadLimit limit(1);
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> elsewhere = 0;
+  parallel_for(1000, 1, [&](std::size_t, std::size_t) {
+    if (std::this_thread::get_id() != caller) ++elsewhere;
+  });
+  EXPECT_EQ(elsewhere, 0);
+}
+
+}  // namespace
+}  // namespace minescan
