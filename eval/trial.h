@@ -9,15 +9,17 @@
 
 #include "core/cloud.h"
 #include "core/fields.h"
+#include "registration/methods.h"
 #include "registration/result.h"
 
 namespace minescan {
 
 /// Two scans and the exact pose between them.
 struct ScanPair {
-  std::string name = {};    // "junction" or "junction/3", as results call it
-  std::string origin = {};  // all that decides the points: configuration and seed, or a hash of files
-  PointCloud target = {};   // each in its own scanner frame
+  std::string name = {};  // "junction" or "junction/3", as results call it
+  std::string origin =
+      {};  // all that decides the points: configuration and seed, or a hash of files
+  PointCloud target = {};  // each in its own scanner frame
   PointCloud source = {};
   Pose T_target_source = Pose::Identity();  // truth
 };
@@ -46,8 +48,9 @@ struct Outcome {
   Trial trial = {};
   RegistrationResult result = {};  // status not_run if the method threw
   PoseError error = {};            // of the result against the truth
-  double axial_error = 0;          // m, signed, along the line from target to source scanner; 0 if they coincide
-  std::string message = {};        // what the method threw, or empty
+  // Metres, signed, along the line from the target's to the source's scanner; 0 if they coincide.
+  double axial_error = 0;
+  std::string message = {};  // what the method threw, or empty
 };
 
 /// Quality classes of section 5.2.2 of the paper: good within 0.10 m and 0.005 rad, acceptable
@@ -58,8 +61,21 @@ constexpr auto names_of(Quality) {
 }
 Quality quality(const Outcome& outcome);
 
-/// Runs one trial from start pose displaced(pair.T_target_source, ...) (eval/start_poses.h). What
-/// the method throws becomes the outcome's message.
+/// The start pose of a trial: displaced(pair.T_target_source, ...) as eval/start_poses.h spreads
+/// them, from a seed made of the trial's seed and pair. Methods and settings have no part in it.
+Pose start_pose(const Trial& trial, const ScanPair& pair);
+
+/// The settings that the method is run with: those of the trial and, if the method draws samples
+/// and the trial does not name the draw, a "sample-seed" of this start pose (the same for all
+/// methods and levels, so that sampling varies within a box of a figure and not between them).
+Settings run_settings(const Trial& trial, const Method& method);
+
+/// Runs one trial. What the method throws becomes the outcome's message; the outcome is then the
+/// start pose with status not_run. Throws std::invalid_argument if the pair is not the trial's or
+/// the method is unknown.
 Outcome run_trial(const Trial& trial, const ScanPair& pair);
+
+/// The same with a method that need not be in methods(); its name must be the trial's.
+Outcome run_trial(const Trial& trial, const ScanPair& pair, const Method& method);
 
 }  // namespace minescan

@@ -36,12 +36,12 @@ struct RegistrationResult {
   double score = 0;  // the method's own objective at the end; lower is better
   std::size_t target_points = 0;
   std::size_t source_points = 0;
-  std::size_t used_points = 0;   // source points after sampling
+  std::size_t used_points = 0;  // source points after sampling
   StageTimes time = {};
   double cpu = 0;                // processor time of the calling thread for all of it, seconds
   std::size_t target_bytes = 0;  // memory of the prepared target
-  /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m rad,
-  /// rad^2. Zero where the method gives none.
+  /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m
+  /// rad, rad^2. Zero where the method gives none.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -16,7 +16,8 @@ struct ReportInput {
   std::vector<RunInfo> runs = {};
 };
 
-/// One self-contained page: box plots of every study, a table of the numbers under each, what was run.
+/// One self-contained page: box plots of every study, a table of the numbers under each, what was
+/// run.
 std::string report_page(const ReportInput& input);
 
 /// A picture of one figure.

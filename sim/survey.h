@@ -9,6 +9,8 @@
 
 #include "core/cloud.h"
 #include "core/fields.h"
+#include "core/pose.h"
+#include "sim/scanner.h"
 
 namespace minescan {
 
@@ -43,6 +45,10 @@ const std::vector<Survey>& surveys();
 
 /// The row called `name`. Throws std::invalid_argument with the known names.
 const Survey& find_survey(const std::string& name);
+
+/// The scanner that stands there: its row with the station's settings. Throws std::invalid_argument
+/// for an unknown scanner or a wrong setting.
+Scanner station_scanner(const Station& station);
 
 /// The scans of all stations in `mesh`, in order. Station i uses derived_seed(seed, "scan i").
 /// `done` is called after each station with the number done, from the calling thread.

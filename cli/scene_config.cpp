@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#include "cli/scene_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/text.h"
+#include "sim/scanner.h"
+
+namespace minescan {
+namespace {
+
+// A field of the configuration itself, beside those of scenes and scanners.
+Field text_field(std::string name, std::string expected, std::string help, std::string value,
+                 std::function<std::string(std::string_view)> canonical) {
+  return {.name = std::move(name),
+          .expected = std::move(expected),
+          .help = std::move(help),
+          .value = std::move(value),
+          .canonical = std::move(canonical)};
+}
+
+// Numbers of the survey itself.
+struct SurveyNumbers {
+  std::uint64_t seed = 1;
+  double odometry_translation = 0;
+  double odometry_rotation = 0;
+};
+template <class Visitor>
+void fields(SurveyNumbers& o, Visitor&& field) {
+  field("seed", o.seed, not_negative, "", "names every random choice");
+  field("odometry-translation", o.odometry_translation, between(0, 100), "m",
+        "what odometry errs by per axis from one station to the next, one sigma");
+  field("odometry-rotation", o.odometry_rotation, between(0, 3), "rad",
+        "what odometry errs by about each axis, one sigma");
+}
+
+std::string same(std::string_view text) { return std::string(text); }
+
+std::string canonical_pose(std::string_view text) { return pose_text(parse_pose(text)); }
+
+std::string pairs_text(const std::vector<StationPair>& pairs) {
+  std::vector<std::string> parts;
+  for (const StationPair& pair : pairs)
+    parts.push_back(fmt::format("{}-{}", pair.target, pair.source));
+  return join(parts, ", ");
+}
+
+std::vector<StationPair> parse_pair_list(std::string_view text) {
+  std::vector<StationPair> pairs;
+  for (const std::string& part : split(text, ',')) {
+    const std::vector<std::string> ends = split(part, '-');
+    if (ends.size() != 2)
+      throw std::invalid_argument(fmt::format("expected target-source, found '{}'", part));
+    pairs.push_back({static_cast<std::size_t>(read_number(ends[0], between(0, 1e6), true)),
+                     static_cast<std::size_t>(read_number(ends[1], between(0, 1e6), true))});
+  }
+  return pairs;
+}
+
+std::string canonical_pairs(std::string_view text) { return pairs_text(parse_pair_list(text)); }
+
+// `list` with the defaults replaced by `settings`: what a row of a table says of its own.
+std::vector<Field> with_defaults(std::vector<Field> list, const Settings& settings) {
+  for (Field& field : list) {
+    const auto found = settings.find(field.name);
+    if (found != settings.end()) field.value = field.canonical(found->second);
+  }
+  return list;
+}
+
+// The settings of a part, on top of those that its row brings.
+Settings merged(Settings base, const Settings& changes) {
+  for (const auto& [name, text] : changes) base[name] = text;
+  return base;
+}
+
+void append(std::vector<Field>& list, std::vector<Field> more) {
+  list.insert(list.end(), more.begin(), more.end());
+}
+
+std::string station_prefix(std::size_t k) { return fmt::format("stations.{}.", k); }
+
+// Every key of a survey's configuration with the values of `survey` as defaults.
+std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed) {
+  std::vector<Field> list;
+  list.push_back(text_field("survey", "a name in `minescan list surveys`", "the survey to start from",
+                            survey.name, same));
+  append(list, fields_of(SurveyNumbers{seed, survey.odometry_translation, survey.odometry_rotation}));
+  list.push_back(text_field("pairs", "target-source, ...",
+                            "which scans are registered, by the numbers of their stations",
+                            pairs_text(survey.pairs), canonical_pairs));
+  list.push_back(text_field("scene.name", "a name in `minescan list scenes`", "the mine",
+                            survey.scene, same));
+  append(list, prefixed("scene.", with_defaults(find_scene(survey.scene).fields,
+                                                survey.scene_settings)));
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    const Station& station = survey.stations[k];
+    const std::string prefix = station_prefix(k);
+    list.push_back(text_field(prefix + "scanner", "a name in `minescan list scanners`",
+                              "what stands there", station.scanner, same));
+    list.push_back(text_field(prefix + "pose", "tx,ty,tz,qx,qy,qz,qw",
+                              "T_world_scanner, metres and a unit quaternion",
+                              pose_text(station.T_world_scanner), canonical_pose));
+    append(list, prefixed(prefix, with_defaults(fields_of(find_scanner(station.scanner)),
+                                                station.settings)));
+  }
+  return list;
+}
+
+// What `key` says in `config`, which it stays in; empty if nothing.
+std::string said(const Config& config, const std::string& key) {
+  Config copy = config;
+  return take(copy, key, "");
+}
+
+// Station numbers in keys are 0, 1, ... without a gap; more than the survey has add stations, which
+// must name their scanner and pose.
+void add_stations(Survey& survey, const Config& config) {
+  for (std::size_t k = survey.stations.size();; ++k) {
+    const std::string scanner = said(config, station_prefix(k) + "scanner");
+    if (scanner.empty()) return;
+    survey.stations.push_back({.scanner = scanner});
+  }
+}
+
+void check_pairs(const Survey& survey) {
+  if (survey.pairs.empty()) throw std::invalid_argument("pairs: expected at least one pair");
+  for (const StationPair& pair : survey.pairs)
+    if (std::max(pair.target, pair.source) >= survey.stations.size() || pair.target == pair.source)
+      throw std::invalid_argument(
+          fmt::format("pairs: '{}-{}': expected two of the stations 0 to {}", pair.target,
+                      pair.source, survey.stations.size() - 1));
+}
+
+}  // namespace
+
+bool is_config_file(const std::string& text) {
+  return text.ends_with(".yaml") || text.ends_with(".yml");
+}
+
+Config set_entries(const Common& common) {
+  Config config;
+  for (const std::string& assignment : common.set)
+    config.push_back(parse_assignment(assignment, "--set"));
+  return config;
+}
+
+Config gather_config(const std::string& text, const Config& changes) {
+  Config config = is_config_file(text) ? read_config(text) : Config{};
+  config.insert(config.end(), changes.begin(), changes.end());
+  return config;
+}
+
+std::uint64_t take_seed(Config& config, const std::optional<std::uint64_t>& wanted) {
+  const std::vector<Field> known = fields_of(SurveyNumbers{});
+  Config seeds;
+  for (const ConfigEntry& entry : config)
+    if (entry.key == "seed") seeds.push_back(entry);
+  const Settings settings = resolve(seeds, known);
+  std::erase_if(config, [](const ConfigEntry& e) { return e.key == "seed"; });
+  return wanted.value_or(with_settings(SurveyNumbers{}, settings).seed);
+}
+
+SceneConfig load_scene_config(const std::string& text, const Config& changes,
+                              const std::optional<std::uint64_t>& seed) {
+  Config config = gather_config(text, changes);
+  SceneConfig scene;
+  scene.seed = take_seed(config, seed);
+  scene.name = is_config_file(text) ? take(config, "scene", "") : text;
+  if (scene.name.empty())
+    throw std::invalid_argument(text + ": expected a key 'scene' that names the kind of mine");
+  scene.settings = resolve(config, find_scene(scene.name).fields);
+  return scene;
+}
+
+std::string scene_config_yaml(const SceneConfig& scene) {
+  std::vector<Field> list;
+  list.push_back(
+      text_field("scene", "a name in `minescan list scenes`", "the kind of mine", scene.name, same));
+  list.push_back(fields_of(SurveyNumbers{scene.seed, 0, 0}).front());
+  append(list, find_scene(scene.name).fields);
+  return config_yaml(list, scene.settings);
+}
+
+SurveyConfig load_survey_config(const std::string& text, const Config& changes,
+                                const std::optional<std::uint64_t>& seed) {
+  Config config = gather_config(text, changes);
+  SurveyConfig result;
+  result.seed = take_seed(config, seed);
+  const std::string base = is_config_file(text) ? take(config, "survey", "") : text;
+  if (base.empty())
+    throw std::invalid_argument(text + ": expected a key 'survey' that names the one to start from");
+  Survey& survey = result.survey;
+  survey = find_survey(base);
+
+  // Which fields there are depends on the names of the scene and the scanners, so these come first;
+  // a part of another kind does not inherit the settings of the one it replaces.
+  if (const std::string scene = said(config, "scene.name"); !scene.empty() && scene != survey.scene) {
+    survey.scene = find_scene(scene).name;
+    survey.scene_settings.clear();
+  }
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    Station& station = survey.stations[k];
+    const std::string scanner = said(config, station_prefix(k) + "scanner");
+    if (scanner.empty() || scanner == station.scanner) continue;
+    station.scanner = find_scanner(scanner).name;
+    station.settings.clear();
+  }
+  add_stations(survey, config);
+
+  const Settings settings = resolve(config, survey_fields(survey, result.seed));
+  const auto value = [&](const std::string& name, const std::string& fallback) {
+    const auto found = settings.find(name);
+    return found == settings.end() ? fallback : found->second;
+  };
+  survey.odometry_translation =
+      parse_number(value("odometry-translation", number_text(survey.odometry_translation)));
+  survey.odometry_rotation =
+      parse_number(value("odometry-rotation", number_text(survey.odometry_rotation)));
+  survey.pairs = parse_pair_list(value("pairs", pairs_text(survey.pairs)));
+  check_pairs(survey);
+
+  Settings scene = without_prefix("scene.", settings);
+  scene.erase("name");
+  survey.scene_settings = merged(survey.scene_settings, scene);
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    Station& station = survey.stations[k];
+    Settings own = without_prefix(station_prefix(k), settings);
+    own.erase("scanner");
+    if (const auto pose = own.find("pose"); pose != own.end()) {
+      station.T_world_scanner = parse_pose(pose->second);
+      own.erase(pose);
+    }
+    station.settings = merged(station.settings, own);
+  }
+  return result;
+}
+
+std::string survey_config_yaml(const SurveyConfig& config) {
+  return config_yaml(survey_fields(config.survey, config.seed), {});
+}
+
+std::string survey_identity(const SurveyConfig& config) {
+  const std::vector<Field> usual = survey_fields(find_survey(config.survey.name), 1);
+  std::string text = config.survey.name;
+  for (const Field& field : survey_fields(config.survey, config.seed)) {
+    const Field* row = find_field(usual, field.name);
+    if (!row || row->value != field.value)
+      text += fmt::format(" {}={}", field.name, field.value);
+  }
+  return text;
+}
+
+}  // namespace minescan

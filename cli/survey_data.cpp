@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "cli/survey_data.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <stdexcept>
+
+#include "cli/machine.h"
+#include "cli/progress.h"
+#include "core/output_file.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/text.h"
+#include "formats/cloud_file.h"
+#include "formats/input_file.h"
+#include "registration/kdtree.h"
+
+namespace minescan {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Seconds between the starts of two scans: a vehicle that stops, scans for half a minute and drives
+// on (assumed); only the order of the trajectories' lines depends on it.
+constexpr double scan_interval = 60;
+
+// A source point counts as seen by the target if a target point is this near, in metres: a few times
+// the distance between neighbouring beams at 20 m (assumed).
+constexpr double overlap_distance = 0.5;
+
+double overlap(const KdTree& target, const PointCloud& source, const Pose& T_target_source) {
+  constexpr std::size_t grain = 4096;
+  std::vector<std::size_t> near((source.points.size() + grain - 1) / grain, 0);
+  parallel_for(source.points.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (target.nearest(T_target_source * source.points[i], overlap_distance)) ++near[begin / grain];
+  });
+  std::size_t count = 0;
+  for (const std::size_t n : near) count += n;
+  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, source.points.size()));
+}
+
+// The believed poses: each step errs by a normal amount in its own frame.
+std::vector<Pose> odometry_of(const Survey& survey, std::uint64_t seed) {
+  std::vector<Pose> believed;
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    const Pose& here = survey.stations[k].T_world_scanner;
+    if (k == 0) {
+      believed.push_back(here);
+      continue;
+    }
+    Random random(derived_seed(seed, "odometry"), k);
+    const auto normal = [&](double sigma) {
+      const double x = random.normal(), y = random.normal(), z = random.normal();
+      return Eigen::Vector3d(sigma * x, sigma * y, sigma * z);
+    };
+    Pose step = survey.stations[k - 1].T_world_scanner.inverse() * here;
+    step.translation() += normal(survey.odometry_translation);
+    step.linear() = step.linear() * rotation_exp(normal(survey.odometry_rotation));
+    believed.push_back(normalized(believed.back() * step));
+  }
+  return believed;
+}
+
+bool is_survey_folder(const fs::path& folder) { return fs::exists(folder / "survey.yaml"); }
+
+// Pairs of a folder. What decides the points is what the files hold.
+std::vector<ScanPair> read_pairs(const fs::path& folder) {
+  const fs::path table = folder / "pairs.csv";
+  const std::vector<DataSetPair> listed = parse_pairs(read_file(table), table.string());
+  std::vector<ScanPair> pairs;
+  for (std::size_t k = 0; k < listed.size(); ++k) {
+    const fs::path target = folder / scan_file(listed[k].target);
+    const fs::path source = folder / scan_file(listed[k].source);
+    const std::string name = fs::absolute(folder).lexically_normal().filename().string();
+    pairs.push_back({.name = fmt::format("{}/{}", name, k),
+                     .origin = fmt::format("{} {} {}", text_hash(read_file(target)),
+                                           text_hash(read_file(source)), pose_text(listed[k].truth)),
+                     .target = read_cloud(target).cloud,
+                     .source = read_cloud(source).cloud,
+                     .T_target_source = listed[k].truth});
+  }
+  return pairs;
+}
+
+}  // namespace
+
+SurveyData make_survey(const SurveyConfig& config, bool quiet) {
+  const Survey& survey = config.survey;
+  Scene scene;
+  {
+    Progress progress(fmt::format("building {}", survey.scene), 1, quiet);
+    scene = find_scene(survey.scene).make(survey.scene_settings, config.seed);
+    progress.update(1);
+  }
+  SurveyData data;
+  {
+    Progress progress("scanning", survey.stations.size(), quiet);
+    data.scans = run_survey(survey, scene.mesh, config.seed,
+                            [&](std::size_t done) { progress.update(done); });
+  }
+  for (std::size_t k = 0; k < data.scans.size(); ++k)
+    if (data.scans[k].cloud.points.empty())
+      throw std::runtime_error(fmt::format("station {}: no beam of {} came back", k,
+                                           survey.stations[k].scanner));
+  data.odometry = odometry_of(survey, config.seed);
+  for (const StationPair& pair : survey.pairs) {
+    const Scan& target = data.scans[pair.target];
+    const Scan& source = data.scans[pair.source];
+    const Pose truth = target.T_world_scanner.inverse() * source.T_world_scanner;
+    data.pairs.push_back(
+        {.target = pair.target,
+         .source = pair.source,
+         .overlap = overlap(KdTree(target.cloud.points), source.cloud, truth),
+         .truth = truth,
+         .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]});
+  }
+  return data;
+}
+
+void write_survey(const fs::path& folder, const SurveyConfig& config, const SurveyData& data,
+                  bool replace) {
+  if (replace && fs::exists(folder) && !is_survey_folder(folder) && !fs::is_empty(folder))
+    throw std::runtime_error(folder.string() + ": is not the folder of a survey; it stays as it is");
+  OutputFolder output(folder, replace);
+  const fs::path& path = output.temporary_path();
+  fs::create_directory(path / "scans");
+  std::vector<double> times;
+  std::vector<Pose> truth;
+  for (std::size_t k = 0; k < data.scans.size(); ++k) {
+    write_file(path / scan_file(k), print_scan(data.scans[k]));
+    times.push_back(scan_interval * static_cast<double>(k));
+    truth.push_back(data.scans[k].T_world_scanner);
+  }
+  write_file(path / "truth.tum", print_tum(times, truth));
+  write_file(path / "odometry.tum", print_tum(times, data.odometry));
+  write_file(path / "pairs.csv", print_pairs(data.pairs));
+  write_file(path / "survey.yaml", fmt::format("# minescan {}, {}\n{}", version(), machine_text(),
+                                               survey_config_yaml(config)));
+  output.commit();
+}
+
+std::vector<ScanPair> scan_pairs(const SurveyConfig& config, const SurveyData& data) {
+  std::vector<ScanPair> pairs;
+  for (std::size_t k = 0; k < data.pairs.size(); ++k) {
+    const DataSetPair& pair = data.pairs[k];
+    pairs.push_back({.name = data.pairs.size() == 1 ? config.survey.name
+                                                    : fmt::format("{}/{}", config.survey.name, k),
+                     .origin = fmt::format("{} pair {}", survey_identity(config), k),
+                     .target = data.scans[pair.target].cloud,
+                     .source = data.scans[pair.source].cloud,
+                     .T_target_source = pair.truth});
+  }
+  return pairs;
+}
+
+std::vector<ScanPair> load_pairs(const std::string& text, const Config& changes, std::uint64_t seed,
+                                 bool quiet) {
+  if (fs::is_directory(text)) {
+    if (!changes.empty())
+      throw std::invalid_argument(fmt::format("{}: {}: the scans of a folder cannot be changed",
+                                              changes.front().where, changes.front().key));
+    return read_pairs(text);
+  }
+  const SurveyConfig config = load_survey_config(text, changes, seed);
+  return scan_pairs(config, make_survey(config, quiet));
+}
+
+}  // namespace minescan

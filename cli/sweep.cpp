@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+#include "cli/machine.h"
+#include "cli/progress.h"
+#include "cli/survey_data.h"
+#include "cli/sweep_run.h"
+#include "core/parallel.h"
+#include "core/text.h"
+#include "registration/methods.h"
+
+namespace minescan {
+namespace {
+
+struct State {
+  std::string study, out, shard, trials;
+  std::vector<std::string> axes;
+  bool retry_failed = false, dry_run = false, print_config = false;
+};
+
+// --axis name=v1,v2,... and --trials N are keys of the configuration too.
+Config changes_of(const State& state, const Common& common) {
+  Config changes = set_entries(common);
+  for (const std::string& text : state.axes) {
+    ConfigEntry axis = parse_assignment(text, "--axis");
+    axis.key = "axes." + axis.key;
+    changes.push_back(axis);
+  }
+  if (!state.trials.empty()) changes.push_back({"trials", state.trials, "--trials"});
+  return changes;
+}
+
+SweepOptions options_of(const State& state) {
+  SweepOptions options{.retry_failed = state.retry_failed};
+  if (state.shard.empty()) return options;
+  const std::vector<std::string> parts = split(state.shard, '/');
+  if (parts.size() != 2)
+    throw std::invalid_argument("--shard: expected i/n, found '" + state.shard + "'");
+  options.shards = static_cast<int>(read_number(parts[1], between(1, 1e6), true));
+  options.shard = static_cast<int>(read_number(parts[0], between(1, options.shards), true));
+  return options;
+}
+
+// The table is made when the scans are there; what is wrong with its place is said before.
+void check_output(const std::filesystem::path& out) {
+  if (std::filesystem::exists(out)) {
+    ResultStore::open(out);
+    return;
+  }
+  const std::filesystem::path folder = std::filesystem::absolute(out).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw std::runtime_error(fmt::format("{}: the folder {} does not exist", out.string(),
+                                         folder.string()));
+}
+
+// How many trials, and how long: one trial of each method and axis value is run to know.
+void print_plan(const StudyConfig& config, const SweepOptions& options, bool quiet) {
+  const std::vector<ScanPair> pairs = pairs_of(config, quiet);
+  const std::vector<Trial> all = trials(config.study, pairs, methods(), config.seed);
+  std::size_t count = 0;
+  for (std::size_t i = static_cast<std::size_t>(options.shard) - 1; i < all.size();
+       i += static_cast<std::size_t>(options.shards))
+    ++count;
+  std::size_t probes = 0;
+  const auto start = std::chrono::steady_clock::now();
+  for (const Trial& trial : all) {
+    if (trial.start != 0) continue;
+    const auto pair = std::find_if(pairs.begin(), pairs.end(),
+                                   [&](const ScanPair& p) { return p.name == trial.pair; });
+    run_trial(trial, *pair);
+    ++probes;
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  fmt::print("{} trials, about {:.0f} s on {} threads\n", count,
+             seconds / static_cast<double>(probes) * static_cast<double>(count) / available_threads(),
+             available_threads());
+}
+
+}  // namespace
+
+StudyConfig load_study_config(const std::string& text, const Config& changes,
+                              const std::optional<std::uint64_t>& seed) {
+  Config config = gather_config(text, changes);
+  StudyConfig result;
+  result.seed = take_seed(config, seed);
+  result.base = is_config_file(text) ? take(config, "study", "") : text;
+  if (result.base.empty())
+    throw std::invalid_argument(text + ": expected a key 'study' that names the one to start from");
+  result.study = with_config(find_study(result.base), config, methods());
+  return result;
+}
+
+std::vector<ScanPair> pairs_of(const StudyConfig& config, bool quiet) {
+  Config survey_changes;
+  for (const auto& [key, text] : config.study.survey_settings)
+    survey_changes.push_back({key, text, "survey-settings"});
+  return load_pairs(config.study.survey, survey_changes, config.seed, quiet);
+}
+
+SweepCounts run_study(const StudyConfig& config, const std::vector<ScanPair>& pairs,
+                      const std::string& out, SweepOptions options, const Common& common) {
+  options.run.version = version();
+  options.run.command_line = common.command_line;
+  options.run.machine = machine_text();
+  options.run.threads = common.threads > 0 ? common.threads : available_threads();
+
+  const std::vector<Trial> all = trials(config.study, pairs, methods(), config.seed);
+  ResultStore store = ResultStore::create_or_resume(out);
+  Progress progress(config.study.name, remaining_trials(all, store, options).size(), common.quiet);
+  return run_sweep(all, pairs, methods(), store, options,
+                   [&](const SweepCounts& counts) { progress.update(counts.finished); });
+}
+
+Command sweep_command() {
+  const auto state = std::make_shared<State>();
+  return {
+      .name = "sweep",
+      .summary = "run the registrations of a study into a result table; resumes where it stopped",
+      .examples =
+          "  minescan sweep fig16 --out results.db\n"
+          "  minescan sweep fig16 --trials 20 --axis initial-translation=1,2 --out results.db\n"
+          "  minescan sweep fig17 --set settings.ndt.cell-size=2 --dry-run\n"
+          "  minescan sweep fig16 --print-config > mine.yaml\n"
+          "  minescan sweep mine.yaml --shard 1/4 --out part1.db\n",
+      .arguments = {{"STUDY", "NAME|FILE.yaml", "see minescan list studies", true, &state->study},
+                    {"--out", "FILE.db", "the table to write or go on with", false, &state->out},
+                    {"--axis", "NAME=V1,V2,...",
+                     "what is varied: initial-translation, initial-rotation or an option of the "
+                     "methods; may be given several times",
+                     false, &state->axes},
+                    {"--trials", "N", "start poses of every point", false, &state->trials},
+                    {"--shard", "I/N", "run only the I-th of N parts", false, &state->shard},
+                    {"--retry-failed", "", "run those again whose method threw", false,
+                     &state->retry_failed},
+                    {"--dry-run", "", "tell how many trials and about how long instead", false,
+                     &state->dry_run},
+                    {"--print-config", "", "write the resolved YAML instead", false,
+                     &state->print_config}},
+      .run = [state](const Common& common) -> int {
+        const StudyConfig config =
+            load_study_config(state->study, changes_of(*state, common), common.seed);
+        const SweepOptions options = options_of(*state);
+        if (state->print_config) {
+          fmt::print("study: {}\nseed: {}\n{}", config.base, config.seed, study_yaml(config.study));
+          return exit_done;
+        }
+        if (state->dry_run) {
+          print_plan(config, options, common.quiet);
+          return exit_done;
+        }
+        if (state->out.empty()) throw std::invalid_argument("sweep: --out is required");
+        check_output(state->out);
+        const std::vector<ScanPair> pairs = pairs_of(config, common.quiet);
+        const SweepCounts counts = run_study(config, pairs, state->out, options, common);
+        fmt::print("{}: {} trials, {} were there, {} run now, {} of them threw\n", state->out,
+                   counts.trials, counts.done_before, counts.finished, counts.threw);
+        return counts.threw == 0 ? exit_done : exit_failed;
+      }};
+}
+
+}  // namespace minescan

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "registration/methods.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "registration/icp.h"
+#include "registration/ndt.h"
+#ifdef MINESCAN_PCL
+#include "registration/pcl_methods.h"
+#endif
+
+namespace minescan {
+namespace {
+
+/// A row: the function with options that start from `defaults`.
+template <class Options>
+Method row(std::string name, std::string description,
+           RegistrationResult (*function)(const PointCloud&, const PointCloud&, const Pose&,
+                                          const Options&),
+           const Options& defaults = {}) {
+  return {.name = std::move(name),
+          .description = std::move(description),
+          .fields = fields_of(defaults),
+          .run = [=](const PointCloud& target, const PointCloud& source, const Pose& T_guess,
+                     const Settings& settings) {
+            return function(target, source, T_guess, with_settings(defaults, settings));
+          }};
+}
+
+}  // namespace
+
+const std::vector<Method>& methods() {
+  static const std::vector<Method> table = {
+      row("ndt", "3D-NDT with fixed cells, the paper's baseline", register_ndt),
+      row("icp", "point-to-point ICP, the paper's baseline", register_icp),
+#ifdef MINESCAN_PCL
+      row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library", register_pcl_ndt),
+      row("pcl-icp", "IterativeClosestPoint of the Point Cloud Library", register_pcl_icp),
+#endif
+  };
+  return table;
+}
+
+const Method& find_method(const std::string& name) {
+  std::vector<std::string> known;
+  for (const Method& method : methods()) {
+    if (method.name == name) return method;
+    known.push_back(method.name);
+  }
+  throw std::invalid_argument(unknown_name("method", name, known));
+}
+
+}  // namespace minescan

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The target of 3D-NDT: a normal distribution for every cell of space that holds enough points.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "core/fields.h"
+#include "registration/lattice.h"
+
+namespace minescan {
+
+/// The normal distribution of the points in one cell, scaled to 1 at its mean (paper: c = 1).
+struct NdtCell {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  /// Inverse covariance, 1/m^2: xx, xy, xz, yy, yz, zz.
+  std::array<double, 6> information = {};
+};
+Eigen::Matrix3d information_matrix(const NdtCell& cell);
+
+struct NdtGridOptions {
+  double cell_size = 1.0;   // metres; paper, section 5
+  int min_cell_points = 5;  // paper, section 5
+  // A cell's covariance is widened until no eigenvalue is below the largest / this ratio: the paper
+  // leaves singular covariances open; 100 is Magnusson's later choice (thesis 2009, eq. 6.11).
+  double eigenvalue_ratio = 100;
+  // A corner of the lattice, metres in the target frame. The scanner itself by default, so that
+  // cells do not depend on which points a scan happens to have.
+  Eigen::Vector3d lattice_origin = Eigen::Vector3d::Zero();
+};
+
+template <class Visitor>
+void fields(NdtGridOptions& o, Visitor&& field) {
+  field("cell-size", o.cell_size, above_up_to(0, 1000), "m", "side of a cell");
+  field("min-cell-points", o.min_cell_points, between(4, 1e6), "", "points that a cell needs");
+  field("eigenvalue-ratio", o.eigenvalue_ratio, between(1, 1e9), "",
+        "largest ratio of the eigenvalues of a cell's covariance; small ones are raised to it");
+  field("lattice-x", o.lattice_origin.x(), between(-1000, 1000), "m", "a corner of the lattice");
+  field("lattice-y", o.lattice_origin.y(), between(-1000, 1000), "m", "a corner of the lattice");
+  field("lattice-z", o.lattice_origin.z(), between(-1000, 1000), "m", "a corner of the lattice");
+}
+
+/// Sums over the points of one cell. Points are taken relative to the cell's corner: sums of
+/// squares of coordinates far from the origin would lose the thickness of a wall to rounding.
+struct CellSums {
+  double count = 0;
+  std::array<double, 3> sum = {};
+  std::array<double, 6> products = {};  // xx, xy, xz, yy, yz, zz
+
+  void add(const Eigen::Vector3d& offset) {
+    const double x = offset.x(), y = offset.y(), z = offset.z();
+    count += 1;
+    sum[0] += x, sum[1] += y, sum[2] += z;
+    products[0] += x * x, products[1] += x * y, products[2] += x * z;
+    products[3] += y * y, products[4] += y * z, products[5] += z * z;
+  }
+};
+
+/// The distribution of a cell's points (paper, eqs 2 and 3, divisor n - 1) with its eigenvalues
+/// raised to the largest / eigenvalue_ratio; none if there are fewer than min_cell_points or if all
+/// points coincide.
+std::optional<NdtCell> ndt_cell(const CellSums& sums, const Eigen::Vector3d& corner,
+                                const NdtGridOptions& options);
+
+/// All cells of a cloud.
+class NdtGrid {
+ public:
+  /// cost    O(N) time; O(cells that hold a point) memory
+  /// throws  std::invalid_argument for a point more than 2^20 cells away from the lattice's origin
+  NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& options);
+
+  /// The cell that holds `p`, or null where there is no distribution.
+  const NdtCell* find(const Eigen::Vector3d& p) const {
+    const std::uint64_t key = lattice_.key(p);
+    const std::uint32_t number = table_.find(key);
+    return number == KeyTable::not_found ? nullptr : &cells_[number];
+  }
+  /// Those with a distribution, in the order in which the cloud first touches them.
+  const std::vector<NdtCell>& cells() const { return cells_; }
+  std::size_t bytes() const { return cells_.size() * sizeof(NdtCell) + table_.bytes(); }
+
+ private:
+  Lattice lattice_;
+  KeyTable table_;
+  std::vector<NdtCell> cells_;
+};
+
+}  // namespace minescan

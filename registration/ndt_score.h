@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The function that 3D-NDT minimises, with its derivatives.
+//
+// Six parameters (tau, omega): t <- t + tau, R <- Exp(omega) R, derivatives at zero. The paper's
+// own seven (a translation, an angle and an axis of free length) lose rank at angle 0 and let the
+// length of the axis drift, so that the source is deformed; the paper names six as sufficient
+// (section 3).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "core/pose.h"
+#include "registration/ndt_grid.h"
+
+namespace minescan {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+struct NdtScore {
+  double value = 0;  // minus the sum of the scaled densities (paper, eq. 6); lower is better
+  Vector6d gradient = Vector6d::Zero();
+  Matrix6d hessian = Matrix6d::Zero();
+  std::size_t met = 0;  // points in a cell with a distribution
+};
+
+/// The term of one source point and one cell, written as in the literature: the reference for the
+/// sum below. The derivatives are exact.
+NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point);
+
+/// Sum over `points` (source frame), each with the cell that it lies in; terms below e^-120 are
+/// left out of the value and the derivatives alike. Smooth only while no point changes its cell.
+NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
+                   const std::vector<Eigen::Vector3d>& points);
+
+/// The value alone: equal to ndt_score(...).value to the last bit.
+double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
+                 const std::vector<Eigen::Vector3d>& points);
+
+/// Gauss-Newton part of the Hessian: the sum of w J^T C^-1 J, w being a point's density.
+Matrix6d ndt_gauss_newton(const NdtGrid& grid, const Pose& T_target_source,
+                          const std::vector<Eigen::Vector3d>& points);
+
+}  // namespace minescan

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Meshes as a half-edge structure sees them: whether they are closed 2-manifolds, and their files.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "core/cloud.h"
+
+namespace minescan {
+
+/// What a mesh consists of and what is wrong with it.
+struct MeshCheck {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t components = 0;               // pieces that share no vertex
+  std::ptrdiff_t euler_characteristic = 0;  // vertices - edges + triangles; 2 for a sphere
+
+  std::size_t boundary_edges = 0;  // with a triangle on one side only
+  /// Triangles that would give an edge a third side, face against their neighbour or name a corner
+  /// twice. They are left out of the counts above and may so leave boundary edges.
+  std::size_t refused_triangles = 0;
+  std::size_t non_manifold_vertices = 0;  // where surfaces touch in a point
+  std::size_t unused_vertices = 0;
+  std::size_t degenerate_triangles = 0;  // without area
+
+  /// A closed 2-manifold whose triangles all face the same side and have an area.
+  bool valid() const {
+    return triangles > 0 && boundary_edges == 0 && refused_triangles == 0 &&
+           non_manifold_vertices == 0 && unused_vertices == 0 && degenerate_triangles == 0;
+  }
+};
+
+/// Takes O(triangles) time. Throws std::invalid_argument if a triangle names a vertex that is not
+/// there.
+MeshCheck check_mesh(const TriangleMesh& mesh);
+
+/// Writes vertices and triangles; the end of the name says how: .ply (binary), .stl (binary) or
+/// .obj (text, all digits). Throws std::invalid_argument for another end or triangles that
+/// check_mesh would refuse, std::runtime_error if the file cannot be written.
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
+
+}  // namespace minescan

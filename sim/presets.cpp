@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+// The tables: scanners and surveys known by name.
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/text.h"
+#include "sim/scanner.h"
+#include "sim/survey.h"
+
+namespace minescan {
+namespace {
+
+constexpr double degree = Scanner::degree;
+
+// The Optab prototype of section 5.1 of the paper, a phase-shift scanner. The paper gives the
+// motion and the numbers of points; everything else is assumed, chosen such that a scan of our
+// mines keeps as many points as the paper's and shows disturbances of the kind seen in its
+// Figure 8.
+Scanner optab() {
+  return {
+      .beam_time = 40e-6,         // assumed
+      .min_range = 0.5,           // assumed
+      .max_range = 100,           // assumed: beyond the second wrap nothing returns anyway
+      .defocus_range = 9,         // assumed, 8 to 10 m
+      .amplitude_noise = 0.0008,  // assumed: 0.5 to 1 % of the points take a wrong period
+      .min_amplitude = 0.004,     // assumed: 3 % of the beams into the junction do not return
+      .wrap_interval = 48,        // assumed: tones of 3.125 MHz and 31.25 MHz, Lambda = c / 2f
+      .fine_interval = 4.8,
+      .range_noise = 0.006,          // assumed: 8 to 15 mm at 10 m on dry rock
+      .range_noise_growth = 0.0004,  // assumed, the same
+      .cyclic_error = 0.005,         // assumed
+      .encoder_jitter = 0.0003,      // assumed
+      .index_error = 0.002,          // assumed
+      .wobble = 0.0005,              // assumed
+  };
+}
+
+std::vector<Scanner> make_scanners() {
+  Scanner yawing = optab();
+  yawing.name = "optab-yawing";
+  yawing.description = "phase-shift scanner, vertical planes, yawing: the paper's JUNCTION";
+  yawing.motion = Motion::yaw;  // from the paper
+  yawing.plane_beams = 400;     // assumed, with planes: 144 000 beams for 139 642 points
+  yawing.planes = 360;
+  yawing.plane_field = 300 * degree;  // assumed
+  yawing.motion_start = -90 * degree;
+  yawing.motion_end = 90 * degree;
+
+  Scanner pitching = optab();
+  pitching.name = "optab-pitching";
+  pitching.description = "phase-shift scanner, tilted up from the horizontal: the paper's TUNNEL";
+  pitching.motion = Motion::pitch;  // from the paper, as is the horizontal first plane
+  pitching.plane_beams = 160;       // assumed, with planes: 28 800 beams for 27 500 points
+  pitching.planes = 180;
+  pitching.plane_field = 240 * degree;  // assumed
+  pitching.motion_start = 0;
+  pitching.motion_end = 90 * degree;
+
+  // The same beams without any error, to tell what noise does from what geometry does.
+  Scanner ideal;
+  ideal.name = "ideal-yawing";
+  ideal.description = "the beams of optab-yawing without any error";
+
+  return {yawing, pitching, ideal};
+}
+
+Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
+
+std::vector<Survey> make_surveys() {
+  return {
+      // Section 5.1 of the paper: two scans of different resolution from one place. The numbers of
+      // beams are assumed, for 72 417 and 139 642 points. The scanner's height is assumed.
+      {.name = "junction",
+       .description = "the paper's JUNCTION: a coarse and a fine scan from one place",
+       .scene = "junction",
+       .stations = {{.scanner = "optab-yawing",
+                     .settings = {{"plane-beams", "300"}, {"planes", "250"}},
+                     .T_world_scanner = at(0, 0, 2)},
+                    {.scanner = "optab-yawing", .T_world_scanner = at(0, 0, 2)}},
+       .pairs = {{.target = 0, .source = 1}}},
+      // Section 5.1 of the paper: two scans about 4 m apart.
+      {.name = "tunnel",
+       .description = "the paper's TUNNEL: two scans 4 m apart along a plain tunnel",
+       .scene = "tunnel",
+       .stations = {{.scanner = "optab-pitching", .T_world_scanner = at(-2, 0, 2)},
+                    {.scanner = "optab-pitching", .T_world_scanner = at(2, 0, 2)}},
+       .pairs = {{.target = 0, .source = 1}}},
+  };
+}
+
+template <class Row>
+const Row& find(const std::vector<Row>& rows, const char* what, const std::string& name) {
+  const auto found =
+      std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });
+  if (found != rows.end()) return *found;
+  std::vector<std::string> known;
+  for (const Row& row : rows) known.push_back(row.name);
+  throw std::invalid_argument(unknown_name(what, name, known));
+}
+
+}  // namespace
+
+const std::vector<Scanner>& scanners() {
+  static const std::vector<Scanner> rows = make_scanners();
+  return rows;
+}
+const Scanner& find_scanner(const std::string& name) { return find(scanners(), "scanner", name); }
+
+const std::vector<Survey>& surveys() {
+  static const std::vector<Survey> rows = make_surveys();
+  return rows;
+}
+const Survey& find_survey(const std::string& name) { return find(surveys(), "survey", name); }
+
+}  // namespace minescan

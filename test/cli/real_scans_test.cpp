@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Two pairs of real scans with known poses, where somebody has put them (see README, "Real scans").
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace minescan {
+namespace {
+
+struct RealPair {
+  std::string folder, target, source, guess;
+  std::vector<std::string> ndt, icp;  // settings, as in the README
+};
+
+void expect_found(const RealPair& pair, const std::string& method,
+                  const std::vector<std::string>& settings) {
+  const std::filesystem::path data = std::filesystem::path(MINESCAN_REAL_SCANS) / pair.folder;
+  const ScratchFolder folder;
+  std::vector<std::string> command = {"register", data / pair.target, data / pair.source,
+                                      "--method", method, "--truth", data / "T_target_source.txt",
+                                      "--json", "-", "--guess", pair.guess};
+  for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
+  const ProgramResult result = run_minescan(command, folder);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto json = nlohmann::json::parse(result.output);
+  const double translation = json["translation_error_m"], rotation = json["rotation_error_rad"];
+  std::cout << pair.folder << " " << method << ": " << translation << " m, " << rotation << " rad\n";
+  EXPECT_EQ(json["status"], "converged");
+  // The truth itself is good to about 2 cm and 4 mrad.
+  EXPECT_LE(translation, 0.05) << pair.folder << " " << method;
+  EXPECT_LE(rotation, 0.01) << pair.folder << " " << method;
+}
+
+class RealScans : public testing::TestWithParam<RealPair> {};
+
+TEST_P(RealScans, AreRegistered) {
+  if (!std::filesystem::exists(std::filesystem::path(MINESCAN_REAL_SCANS) / GetParam().folder))
+    GTEST_SKIP() << "no real scans at " << MINESCAN_REAL_SCANS << "/" << GetParam().folder
+                 << "; configure with -D MINESCAN_REAL_SCANS=<folder> to run this";
+  expect_found(GetParam(), "ndt", GetParam().ndt);
+  expect_found(GetParam(), "icp", GetParam().icp);
+}
+
+// The start poses are those that came with the scans: odometry for the room (0.6931 rad about z),
+// none for the street.
+INSTANTIATE_TEST_SUITE_P(
+    Pairs, RealScans,
+    testing::Values(RealPair{"room_pair", "room_scan1.pcd", "room_scan2.pcd",
+                             "1.79387,0.720047,0,0,0,0.339654937,0.940550118", {}, {}},
+                    RealPair{"kitti_pair", "target.ply", "source.ply", "0,0,0,0,0,0,1", {}, {}}),
+    [](const auto& info) { return info.param.folder; });
+
+}  // namespace
+}  // namespace minescan

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: MIT
+#include "sim/scanner.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "test/sim/shapes.h"
+
+namespace minescan {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double degree = std::numbers::pi / 180;
+
+// Polar angle from straight up, and azimuth to the left of forward, both degrees.
+double polar(const Vector3d& d) { return std::acos(std::clamp(d.z(), -1.0, 1.0)) / degree; }
+double azimuth(const Vector3d& d) { return std::atan2(d.y(), d.x()) / degree; }
+
+Scanner ideal(int plane_beams, int planes) {
+  Scanner s = find_scanner("ideal-yawing");
+  s.plane_beams = plane_beams;
+  s.planes = planes;
+  return s;
+}
+
+Pose some_pose() {
+  return Eigen::Translation3d(0.5, -0.75, 0.25) *
+         Eigen::AngleAxisd(0.3, Vector3d(1, -2, 3).normalized());
+}
+
+TEST(BeamDirections, YawingPlanesAreVerticalAndSweepOverTheTop) {
+  // Three beams 90 degrees apart, and two planes that turn from 45 degrees right to 45 degrees
+  // left.
+  Scanner s = ideal(3, 2);
+  s.plane_field = 270 * degree;
+  const double h = std::sqrt(0.5);
+  EXPECT_TRUE(beam_direction(s, 0, 0).isApprox(Vector3d(-h, h, 0)));
+  EXPECT_TRUE(beam_direction(s, 1, 0).isApprox(Vector3d(0, 0, 1)));
+  EXPECT_TRUE(beam_direction(s, 2, 0).isApprox(Vector3d(h, -h, 0)));
+  EXPECT_TRUE(beam_direction(s, 0, 1).isApprox(Vector3d(-h, -h, 0)));
+  EXPECT_TRUE(beam_direction(s, 2, 1).isApprox(Vector3d(h, h, 0)));
+}
+
+TEST(BeamDirections, PitchingPlanesSweepFromRightToLeftAndTiltUp) {
+  Scanner s = ideal(3, 1);
+  s.motion = Motion::pitch;
+  s.plane_field = 270 * degree;
+  s.motion_start = 0;
+  s.motion_end = 90 * degree;  // one plane, in the middle
+  const double h = std::sqrt(0.5);
+  EXPECT_TRUE(beam_direction(s, 0, 0).isApprox(Vector3d(0, -1, 0)));
+  EXPECT_TRUE(beam_direction(s, 1, 0).isApprox(Vector3d(h, 0, h)));
+  EXPECT_TRUE(beam_direction(s, 2, 0).isApprox(Vector3d(0, 1, 0)));
+}
+
+// 300 degrees about the zenith, turned by 180: everything but a cone of 30 degrees about straight
+// down. Neighbouring beams are 0.75 degrees apart in a plane and planes 0.5 degrees.
+TEST(BeamDirections, OfTheYawingOptabCoverTheStatedAngles) {
+  const Scanner& s = find_scanner("optab-yawing");
+  std::vector<Vector3d> beams;
+  for (int column = 0; column < s.planes; ++column)
+    for (int ring = 0; ring < s.plane_beams; ++ring) {
+      beams.push_back(beam_direction(s, ring, column));
+      ASSERT_NEAR(beams.back().norm(), 1, 1e-15 * 4);
+      ASSERT_LE(polar(beams.back()), 150 - 0.375 + 1e-9);
+    }
+  EXPECT_EQ(beams.size(), 144000u);
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    Random random(1, i);
+    const Vector3d direction = random_direction(random);
+    if (polar(direction) > 150) continue;
+    double nearest = -1;
+    for (const Vector3d& beam : beams) nearest = std::max(nearest, beam.dot(direction));
+    // Half a step each way: hypot(0.375, 0.25) degrees.
+    EXPECT_LE(std::acos(std::min(1.0, nearest)) / degree, 0.4507) << direction.transpose();
+  }
+}
+
+TEST(BeamDirections, OfThePitchingOptabCoverTheStatedAngles) {
+  const Scanner& s = find_scanner("optab-pitching");
+  for (int column = 0; column < s.planes; ++column) {
+    const double pitch = 0.5 * column + 0.25;  // 0 to 90 degrees in 180 planes
+    const Vector3d across(-std::sin(pitch * degree), 0, std::cos(pitch * degree));
+    double forward = 0;
+    for (int ring = 0; ring < s.plane_beams; ++ring) {
+      const Vector3d beam = beam_direction(s, ring, column);
+      ASSERT_NEAR(beam.dot(across), 0, 1e-14);
+      forward = std::max(forward,
+                         beam.x() * std::cos(pitch * degree) + beam.z() * std::sin(pitch * degree));
+    }
+    ASSERT_NEAR(std::acos(forward) / degree, 0.75, 1e-9);  // half of 240 / 160
+  }
+  EXPECT_NEAR(azimuth(beam_direction(s, 0, 0)), -119.25, 1e-3);  // the first plane is all but level
+  EXPECT_NEAR(azimuth(beam_direction(s, 159, 0)), 119.25, 1e-3);
+  EXPECT_NEAR(polar(beam_direction(s, 80, 0)), 89.75, 1e-3);
+}
+
+TEST(Scan, WithoutNoiseMeasuresTheTruthOfABox) {
+  const Vector3d half(8, 6, 4);
+  const RayCaster caster(box(half.cast<float>(), 5, 0.4));
+  const Pose T = some_pose();
+  const Scanner s = ideal(57, 43);  // not multiples of a tile
+  const Scan result = scan(caster, s, T, 7, "box");
+  EXPECT_EQ(result.scene, "box");
+  EXPECT_EQ(result.scanner, "ideal-yawing");
+  EXPECT_EQ(result.seed, 7u);
+  EXPECT_EQ(result.beams, 57u * 43u);
+  ASSERT_EQ(result.cloud.points.size(), result.beams);
+  for (std::size_t i = 0; i < result.beams; ++i) {
+    EXPECT_EQ(result.ring[i], i % 57);
+    EXPECT_EQ(result.column[i], i / 57);
+    EXPECT_DOUBLE_EQ(result.time[i], static_cast<double>(i) * s.beam_time);
+    const Vector3d direction =
+        beam_direction(s, static_cast<int>(i % 57), static_cast<int>(i / 57));
+    const auto [range, normal] = box_hit(half, T.translation(), T.linear() * direction);
+    // At the edges of the box Embree may take the other face, within single precision.
+    ASSERT_NEAR(result.true_range[i], range, 1e-5);
+    EXPECT_EQ(result.range[i], result.true_range[i]);
+    EXPECT_TRUE(result.cloud.points[i].isApprox(result.range[i] * direction, 1e-14));
+    EXPECT_EQ(result.flags[i], flag_none);
+    EXPECT_EQ(result.material[i], 0);
+    const Vector3d seen = T.linear() * result.true_normal[i].cast<double>();
+    if (!seen.isApprox(normal, 1e-6)) continue;  // an edge
+    const double cosine = -normal.dot(T.linear() * direction);
+    EXPECT_NEAR(std::cos(result.incidence[i]), cosine, 1e-6);  // single precision
+    EXPECT_NEAR(result.true_range[i], range, 1e-12);
+    const double g = 1 - std::exp(-81 / (range * range));
+    EXPECT_NEAR(result.intensity[i], 0.4 * cosine * g, 1e-7);
+    // The triangle is the one with that point in it: in its plane and its bounding box.
+    const auto& corners = caster.mesh().triangles[result.triangle[i]];
+    const Eigen::Vector3f point = (T * result.cloud.points[i]).cast<float>();
+    Eigen::AlignedBox3f bounds;
+    for (const std::uint32_t v : corners) bounds.extend(caster.mesh().vertices[v]);
+    EXPECT_LE(bounds.exteriorDistance(point), 1e-5);
+  }
+}
+
+// A square room moved and turned together with the scanner: only the rounding of the vertices to
+// single precision (1e-6 m at 20 m) changes, seen under up to 80 degrees or so.
+TEST(Scan, DoesNotChangeWhenMineAndScannerMoveTogether) {
+  const TriangleMesh mesh = cave(8, 4, 0.1);
+  const Pose T = some_pose();
+  const Pose motion =
+      Eigen::Translation3d(11, -7, 3) * Eigen::AngleAxisd(2.1, Vector3d(3, 1, -1).normalized());
+  TriangleMesh moved = mesh;
+  for (Eigen::Vector3f& v : moved.vertices) v = (motion * v.cast<double>()).cast<float>();
+  Scanner s = find_scanner("optab-yawing");
+  s.plane_beams = 100;
+  s.planes = 90;
+  const Scan a = scan(RayCaster(mesh), s, T, 3, "");
+  const Scan b = scan(RayCaster(moved), s, motion * T, 3, "");
+  ASSERT_EQ(a.cloud.points.size(), b.cloud.points.size());
+  std::size_t other_triangle = 0;
+  for (std::size_t i = 0; i < a.range.size(); ++i) {
+    ASSERT_EQ(a.ring[i], b.ring[i]);
+    ASSERT_NEAR(a.true_range[i], b.true_range[i], 1e-4);
+    if (a.triangle[i] != b.triangle[i]) {
+      ++other_triangle;
+      continue;
+    }
+    ASSERT_LT((a.cloud.points[i] - b.cloud.points[i]).norm(), 1e-4);
+    ASSERT_LT((a.true_normal[i] - b.true_normal[i]).norm(), 1e-5);
+  }
+  EXPECT_LE(other_triangle, a.range.size() / 1000);  // rays within 1e-6 m of an edge
+}
+
+// Every array, so that a forgotten one shows.
+void expect_same_bytes(const Scan& a, const Scan& b) {
+  EXPECT_EQ(a.cloud.points, b.cloud.points);
+  EXPECT_EQ(a.intensity, b.intensity);
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.ring, b.ring);
+  EXPECT_EQ(a.column, b.column);
+  EXPECT_EQ(a.range, b.range);
+  EXPECT_EQ(a.true_range, b.true_range);
+  EXPECT_EQ(a.incidence, b.incidence);
+  EXPECT_EQ(a.true_normal, b.true_normal);
+  EXPECT_EQ(a.triangle, b.triangle);
+  EXPECT_EQ(a.material, b.material);
+  EXPECT_EQ(a.flags, b.flags);
+  EXPECT_EQ(a.beams, b.beams);
+}
+
+Scan scan_of_a_cave(int threads, std::uint64_t seed) {
+  const ThreadLimit limit(threads);
+  Scanner s = find_scanner("optab-yawing");
+  s.plane_beams = 203;
+  s.planes = 101;
+  s.min_amplitude = 0.19;  // so that many beams are dropped
+  return scan(RayCaster(cave(12, 6, 0.004)), s, some_pose(), seed, "cave");
+}
+
+TEST(Scan, IsTheSameForAnyNumberOfThreads) {
+  const Scan one = scan_of_a_cave(1, 5);
+  EXPECT_LT(one.range.size(), one.beams);
+  EXPECT_GT(one.range.size(), one.beams / 2);
+  expect_same_bytes(one, scan_of_a_cave(2, 5));
+  expect_same_bytes(one, scan_of_a_cave(4, 5));
+}
+
+TEST(Scan, DependsOnTheSeed) {
+  const Scan a = scan_of_a_cave(2, 5);
+  const Scan b = scan_of_a_cave(2, 6);
+  EXPECT_NE(a.range, b.range);
+  EXPECT_NE(a.true_range, b.true_range);  // jitter
+}
+
+TEST(Scan, ListsPointsInTheOrderOfTimeAndOnlyThoseWithReturn) {
+  const Scan result = scan_of_a_cave(2, 5);
+  ASSERT_EQ(result.beams, 203u * 101u);
+  for (std::size_t i = 0; i < result.range.size(); ++i) {
+    if (i > 0) {
+      ASSERT_LT(result.time[i - 1], result.time[i]);
+    }
+    ASSERT_DOUBLE_EQ(result.time[i], 40e-6 * (203.0 * result.column[i] + result.ring[i]));
+    ASSERT_GE(result.intensity[i], 0.19f);
+  }
+}
+
+TEST(Scan, DropsSurfacesOutsideTheRangeLimitsWithoutLookingThroughThem) {
+  // A small box inside a large one: nothing of either is seen through the near wall.
+  TriangleMesh mesh = box({1, 1, 1});
+  const TriangleMesh outer = box({10, 10, 10});
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), outer.vertices.begin(), outer.vertices.end());
+  for (const auto& t : outer.triangles)
+    mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  mesh = with_material(mesh, 0.5);
+  Scanner s = ideal(40, 40);
+  s.min_range = 2;
+  EXPECT_TRUE(scan(RayCaster(mesh), s, Pose::Identity(), 0, "").range.empty());
+
+  s.min_range = 0.1;
+  s.max_range = 1.2;
+  const Scan result = scan(RayCaster(mesh), s, Pose::Identity(), 0, "");
+  EXPECT_EQ(result.beams, 1600u);
+  EXPECT_LT(result.range.size(), 1600u);
+  EXPECT_GT(result.range.size(), 100u);
+  for (const double range : result.range) EXPECT_LE(range, 1.2);
+}
+
+// Straight up at a flat ceiling, R cos(mirror angle) is its height: ranges tell the true angle.
+TEST(Scan, TurnsTheTrueBeamAndKeepsPointsOnTheNominalOne) {
+  const RayCaster caster(box({30, 30, 5}));
+  Scanner s = ideal(1, 20000);
+  s.plane_field = 90 * degree;  // one beam, in the middle
+  s.motion_start = s.motion_end = 0;
+  const Pose T(
+      Eigen::AngleAxisd(45 * degree, Vector3d::UnitY()));  // hits the ceiling at 45 degrees
+  const auto angles = [&](const Scan& result) {
+    std::vector<double> list;
+    for (std::size_t i = 0; i < result.range.size(); ++i) {
+      EXPECT_TRUE(result.cloud.points[i].isApprox(result.range[i] * Vector3d::UnitZ(), 1e-14));
+      list.push_back(std::acos(5 / result.true_range[i]) - 45 * degree);
+    }
+    EXPECT_EQ(list.size(), 20000u);
+    return list;
+  };
+
+  s.index_error = 0.01;
+  for (const double angle : angles(scan(caster, s, T, 1, ""))) ASSERT_NEAR(angle, 0.01, 1e-12);
+
+  s.encoder_jitter = 0.001;
+  double sum = 0;
+  double squares = 0;
+  for (const double angle : angles(scan(caster, s, T, 1, ""))) {
+    sum += angle - 0.01;
+    squares += (angle - 0.01) * (angle - 0.01);
+  }
+  // Standard errors of 20 000 samples: 1 / 141 of sigma for the mean, 1 / 200 for sigma; times 4.
+  EXPECT_NEAR(sum / 20000, 0, 4 * 0.001 / 141);
+  EXPECT_NEAR(std::sqrt(squares / 20000), 0.001, 4 * 0.001 / 200);
+}
+
+TEST(Scan, WobbleTurnsBeamsOutOfTheirPlane) {
+  const RayCaster caster(box({30, 5, 30}));
+  Scanner s = ideal(1, 1);
+  s.motion_start = s.motion_end = 0;
+  s.wobble = 0.01;
+  // A plane x, z that leans by 30 degrees to the wall at y = 5; its one beam is at the mirror angle
+  // 0, where wobble * sin vanishes, and with three beams at -90, 0 and 90 degrees.
+  const Pose T(Eigen::AngleAxisd(30 * degree, Vector3d::UnitZ()));
+  s.plane_beams = 3;
+  s.plane_field = 270 * degree;
+  const Scan result = scan(caster, s, T, 1, "");
+  ASSERT_EQ(result.range.size(), 3u);
+  // At 90 degrees the beam is (cos, sin, 0) of wobble in the scanner frame, so 30 degrees + wobble
+  // in the world; at -90 degrees the opposite turn of the opposite direction.
+  EXPECT_NEAR(result.true_range[2], 5 / std::sin(30 * degree + 0.01), 1e-12);
+  EXPECT_NEAR(result.true_range[0], 5 / std::sin(30 * degree + 0.01), 1e-12);
+  EXPECT_NEAR(result.true_range[1], 30, 1e-12);
+}
+
+// The whole path: residuals divided by the sigma of the stated law have spread 1, in a room with
+// all ranges and incidences.
+TEST(Scan, NoiseFollowsTheStatedLaw) {
+  Scanner s = ideal(200, 200);
+  s.range_noise = 0.004;
+  s.range_noise_growth = 0.0008;
+  const Scan result = scan(RayCaster(box({12, 8, 3}, 3, 0.3)), s, some_pose(), 21, "");
+  const auto n = static_cast<double>(result.range.size());
+  EXPECT_GT(n, 39900);  // 40 000 but for a few that noise takes beyond the limits
+  double sum = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < result.range.size(); ++i) {
+    const double R = result.true_range[i];
+    const double variance =
+        0.004 * 0.004 + 0.0008 * 0.0008 * R * R / (0.3 * std::cos(result.incidence[i]));
+    const double residual = (result.range[i] - R) / std::sqrt(variance);
+    sum += residual;
+    squares += residual * residual;
+  }
+  EXPECT_NEAR(sum / n, 0, 4 / std::sqrt(n));
+  EXPECT_NEAR(squares / n, 1, 4 * std::sqrt(2 / n));
+}
+
+std::string message_of(const Scanner& s, const Pose& T = Pose::Identity()) {
+  static const RayCaster caster(box({5, 5, 5}));
+  try {
+    scan(caster, s, T, 0, "");
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Scan, RejectsScannersThatCannotBe) {
+  Scanner s = ideal(0, 10);
+  EXPECT_NE(message_of(s).find("plane-beams"), std::string::npos) << message_of(s);
+  s = ideal(1000000, 1000);  // 1e9 beams
+  EXPECT_EQ(message_of(s),
+            "scanner 'ideal-yawing': expected plane-beams * planes <= 100000000, found 1000000000");
+  s = ideal(10, 10);
+  s.range_noise = -1;
+  EXPECT_NE(message_of(s).find("range-noise"), std::string::npos);
+  s.range_noise = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(message_of(s).find("range-noise"), std::string::npos);
+  s = ideal(10, 10);
+  s.min_range = s.max_range;
+  EXPECT_NE(message_of(s).find("min-range < max-range"), std::string::npos);
+  s = ideal(10, 10);
+  s.wrap_interval = 4;
+  s.fine_interval = 5;
+  EXPECT_NE(message_of(s).find("fine-interval <= wrap-interval"), std::string::npos);
+  s = ideal(10, 10);
+  s.cyclic_error = 0.01;
+  EXPECT_NE(message_of(s).find("cyclic-error"), std::string::npos);
+
+  Pose T = Pose::Identity();
+  T.translation().x() = std::numeric_limits<double>::infinity();
+  EXPECT_NE(message_of(ideal(10, 10), T).find("T_world_scanner"), std::string::npos);
+  T = Pose::Identity();
+  T.linear() *= 2;
+  EXPECT_NE(message_of(ideal(10, 10), T).find("T_world_scanner"), std::string::npos);
+
+  EXPECT_THROW(with_settings(ideal(10, 10), {{"plane-beams", "0"}}), std::invalid_argument);
+  EXPECT_THROW(with_settings(ideal(10, 10), {{"plane-beams", "1e9"}}), std::invalid_argument);
+}
+
+TEST(Scanners, AreKnownByNameAndEachOfThemScans) {
+  const RayCaster caster(box({6, 5, 3}));
+  for (const Scanner& row : scanners()) {
+    SCOPED_TRACE(row.name);
+    EXPECT_FALSE(row.description.empty());
+    EXPECT_EQ(&find_scanner(row.name), &row);
+    EXPECT_NO_THROW(check(row));
+    Scanner s = row;
+    s.plane_beams = 24;
+    s.planes = 18;
+    const Scan result = scan(caster, s, Pose::Identity(), 1, "box");
+    EXPECT_GT(result.range.size(), 24u * 18u * 9 / 10);
+  }
+  try {
+    find_scanner("optab");
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "unknown scanner 'optab'; known: optab-yawing, optab-pitching, ideal-yawing");
+  }
+}
+
+}  // namespace
+}  // namespace minescan

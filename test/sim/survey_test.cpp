@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "sim/survey.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/random.h"
+#include "sim/scanner.h"
+#include "test/sim/shapes.h"
+
+namespace minescan {
+namespace {
+
+// The survey with scans small enough for a test.
+Survey reduced(Survey survey) {
+  for (Station& station : survey.stations) {
+    station.settings["plane-beams"] = "30";
+    station.settings["planes"] = "21";
+  }
+  return survey;
+}
+
+TEST(Surveys, AreKnownByNameAndEachOfThemRuns) {
+  const TriangleMesh mesh = box({14, 5, 6});
+  for (const Survey& row : surveys()) {
+    SCOPED_TRACE(row.name);
+    EXPECT_FALSE(row.description.empty());
+    EXPECT_FALSE(row.scene.empty());
+    EXPECT_FALSE(row.pairs.empty());
+    EXPECT_EQ(&find_survey(row.name), &row);
+    for (const Station& station : row.stations) EXPECT_NO_THROW(check(station_scanner(station)));
+    std::vector<std::size_t> progress;
+    const std::vector<Scan> scans =
+        run_survey(reduced(row), mesh, 1, [&](std::size_t n) { progress.push_back(n); });
+    ASSERT_EQ(scans.size(), row.stations.size());
+    ASSERT_EQ(progress.size(), scans.size());
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      EXPECT_EQ(progress[i], i + 1);
+      EXPECT_EQ(scans[i].scene, row.scene);
+      EXPECT_EQ(scans[i].scanner, row.stations[i].scanner);
+      EXPECT_EQ(scans[i].beams, 30u * 21u);
+      EXPECT_GT(scans[i].range.size(), 30u * 21u / 2);
+      EXPECT_TRUE(scans[i].T_world_scanner.isApprox(row.stations[i].T_world_scanner));
+    }
+  }
+}
+
+TEST(Surveys, OfThePaperHaveItsBeams) {
+  const Survey& junction = find_survey("junction");
+  ASSERT_EQ(junction.stations.size(), 2u);
+  const Scanner model = station_scanner(junction.stations[junction.pairs[0].target]);
+  const Scanner data = station_scanner(junction.stations[junction.pairs[0].source]);
+  EXPECT_EQ(model.plane_beams * model.planes, 75000);
+  EXPECT_EQ(data.plane_beams * data.planes, 144000);
+  EXPECT_EQ(data.motion, Motion::yaw);
+
+  const Survey& tunnel = find_survey("tunnel");
+  const Pose T_target_source =
+      tunnel.stations[0].T_world_scanner.inverse() * tunnel.stations[1].T_world_scanner;
+  EXPECT_DOUBLE_EQ(T_target_source.translation().norm(), 4);
+  EXPECT_EQ(station_scanner(tunnel.stations[0]).motion, Motion::pitch);
+}
+
+TEST(RunSurvey, GivesEachStationNoiseOfItsOwn) {
+  Survey survey = reduced(find_survey("junction"));
+  survey.stations[0] = survey.stations[1];
+  const std::vector<Scan> scans = run_survey(survey, box({14, 5, 6}), 1);
+  EXPECT_NE(scans[0].seed, scans[1].seed);
+  EXPECT_NE(scans[0].range, scans[1].range);
+  EXPECT_EQ(scans[0].seed, derived_seed(1, "scan 0"));  // as the header promises
+}
+
+std::string message_of(const Survey& survey) {
+  try {
+    run_survey(survey, box({14, 5, 6}), 1);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RunSurvey, RejectsSurveysThatAreWrong) {
+  Survey survey = reduced(find_survey("junction"));
+  survey.stations[1].scanner = "none";
+  EXPECT_EQ(message_of(survey),
+            "survey 'junction', station 1: unknown scanner 'none'; known: optab-yawing, "
+            "optab-pitching, ideal-yawing");
+  survey = reduced(find_survey("junction"));
+  survey.stations[0].settings["planes"] = "0";
+  EXPECT_NE(message_of(survey).find("survey 'junction', station 0: "), std::string::npos);
+  EXPECT_NE(message_of(survey).find("planes = '0'"), std::string::npos);
+  survey.stations[0].settings = {{"no-such", "1"}};
+  EXPECT_NE(message_of(survey).find("no-such"), std::string::npos);
+  survey = reduced(find_survey("junction"));
+  survey.pairs[0].source = 2;
+  EXPECT_EQ(message_of(survey), "survey 'junction': pair (0, 2): expected stations below 2");
+  EXPECT_THROW(find_survey("none"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace minescan
