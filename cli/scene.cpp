@@ -33,9 +33,8 @@ Command scene_command() {
               return exit_done;
             }
             if (state->out.empty()) throw std::invalid_argument("scene: --out is required");
-            check_mesh_file(state->out);
             const Scene scene = find_scene(config.name).make(config.settings, config.seed);
-            write_mesh(state->out, scene.mesh);
+            write_mesh(scene.mesh, state->out);
             fmt::print("{}: {} vertices, {} triangles\n", state->out, scene.mesh.vertices.size(),
                        scene.mesh.triangles.size());
             return exit_done;

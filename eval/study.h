@@ -54,6 +54,8 @@ const std::vector<Study>& studies();
 /// The row called `name`. Throws std::invalid_argument with the known names.
 const Study& find_study(const std::string& name);
 
+// `methods` below are those that a study may name: methods(), or others as well.
+
 /// `base` with the entries of a configuration: the fields above, "axes.NAME" with a list of numbers
 /// (an empty list takes the axis away), "settings.OPTION" or "settings.METHOD.OPTION", and
 /// "survey-settings.KEY". Throws std::invalid_argument with the place for an unknown key, method or

@@ -39,6 +39,7 @@ std::vector<Trial> remaining_trials(const std::vector<Trial>& trials, const Resu
 ///
 /// pairs     those that the trials name
 /// methods   where the trials' methods are looked up; methods() and perhaps others
+/// methods   where the trials' methods are looked up: methods(), or others as well
 /// progress  called after every trial, never from two threads at once. What it throws ends the
 /// sweep
 ///           after the rows that are finished have been written, and is thrown here

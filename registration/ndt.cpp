@@ -87,8 +87,9 @@ RegistrationResult register_ndt(const PointCloud& target, const PointCloud& sour
     result.iterations += state.iterations;
     if (level == 0) {
       const double needed = std::max(6.0, options.min_overlap * static_cast<double>(points.size()));
-      const Matrix6d information = ndt_gauss_newton(grid, state.pose, points);
-      const double rank = eigenvalue_quotient(scaled_hessian(information, rms_distance(points)));
+      const NdtInformation information = ndt_information(grid, state.pose, points);
+      const double rank =
+          eigenvalue_quotient(scaled_hessian(information.surface, rms_distance(points)));
       result.T_target_source = state.pose;
       result.score = state.score.value;
       result.status = state.converged ? Status::converged : Status::max_iterations;
@@ -97,7 +98,7 @@ RegistrationResult register_ndt(const PointCloud& target, const PointCloud& sour
       else if (!(rank >= options.min_rank))
         result.status = Status::degenerate;
       else
-        result.covariance = information.inverse();
+        result.covariance = information.gauss_newton.inverse();
     }
     result.time.align += watch.lap();
   }

@@ -12,8 +12,8 @@ Eigen::Matrix3d information_matrix(const NdtCell& cell) {
   return L;
 }
 
-std::optional<NdtCell> ndt_cell(const CellSums& sums, const Eigen::Vector3d& corner,
-                                const NdtGridOptions& options) {
+std::optional<FittedCell> fit_cell(const CellSums& sums, const Eigen::Vector3d& corner,
+                                   const NdtGridOptions& options) {
   const double n = sums.count;
   if (!(n >= options.min_cell_points)) return {};
 
@@ -25,16 +25,17 @@ std::optional<NdtCell> ndt_cell(const CellSums& sums, const Eigen::Vector3d& cor
 
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(C);
   const double largest = solver.eigenvalues()[2];
-  // A spread of 1e-9 of the cell is what rounding leaves of points that coincide.
-  const double rounding = 1e-9 * options.cell_size;
+  // Points that coincide leave a variance of up to 1e-14 squared cells, by rounding.
+  const double rounding = 1e-6 * options.cell_size;
   if (!(largest > rounding * rounding)) return {};
 
   const Eigen::Vector3d inverse =
       solver.eigenvalues().cwiseMax(largest / options.eigenvalue_ratio).cwiseInverse();
   const Eigen::Matrix3d& V = solver.eigenvectors();
   const Eigen::Matrix3d L = V * inverse.asDiagonal() * V.transpose();
-  return NdtCell{.mean = corner + q,
-                 .information = {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)}};
+  return FittedCell{.cell = {.mean = corner + q,
+                             .information = {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)}},
+                    .normal = V.col(0)};
 }
 
 NdtGrid::NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& options)
@@ -61,9 +62,10 @@ NdtGrid::NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOption
   }
 
   for (const TouchedCell& cell : touched_cells) {
-    if (const std::optional<NdtCell> made = ndt_cell(cell.sums, cell.corner, options)) {
+    if (const std::optional<FittedCell> fitted = fit_cell(cell.sums, cell.corner, options)) {
       table_.insert(cell.key);
-      cells_.push_back(*made);
+      cells_.push_back(fitted->cell);
+      normals_.push_back(fitted->normal);
     }
   }
 }

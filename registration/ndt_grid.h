@@ -19,6 +19,8 @@ struct NdtCell {
   /// Inverse covariance, 1/m^2: xx, xy, xz, yy, yz, zz.
   std::array<double, 6> information = {};
 };
+
+/// The inverse covariance of a cell as a matrix.
 Eigen::Matrix3d information_matrix(const NdtCell& cell);
 
 struct NdtGridOptions {
@@ -60,10 +62,16 @@ struct CellSums {
 };
 
 /// The distribution of a cell's points (paper, eqs 2 and 3, divisor n - 1) with its eigenvalues
-/// raised to the largest / eigenvalue_ratio; none if there are fewer than min_cell_points or if all
-/// points coincide.
-std::optional<NdtCell> ndt_cell(const CellSums& sums, const Eigen::Vector3d& corner,
-                                const NdtGridOptions& options);
+/// raised to the largest / eigenvalue_ratio, and the unit vector along which it is thinnest: on a
+/// wall, the normal.
+struct FittedCell {
+  NdtCell cell = {};
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+/// None if there are fewer than min_cell_points or if all points coincide.
+std::optional<FittedCell> fit_cell(const CellSums& sums, const Eigen::Vector3d& corner,
+                                   const NdtGridOptions& options);
 
 /// All cells of a cloud.
 class NdtGrid {
@@ -80,12 +88,19 @@ class NdtGrid {
   }
   /// Those with a distribution, in the order in which the cloud first touches them.
   const std::vector<NdtCell>& cells() const { return cells_; }
-  std::size_t bytes() const { return cells_.size() * sizeof(NdtCell) + table_.bytes(); }
+  /// The direction in which a cell of this grid is thinnest.
+  const Eigen::Vector3d& normal(const NdtCell& cell) const {
+    return normals_[static_cast<std::size_t>(&cell - cells_.data())];
+  }
+  std::size_t bytes() const {
+    return cells_.size() * (sizeof(NdtCell) + sizeof(Eigen::Vector3d)) + table_.bytes();
+  }
 
  private:
   Lattice lattice_;
   KeyTable table_;
   std::vector<NdtCell> cells_;
+  std::vector<Eigen::Vector3d> normals_;  // apart from the cells: needed once, at the end
 };
 
 }  // namespace minescan

@@ -10,76 +10,112 @@ namespace {
 // numbers that are slow to calculate with.
 constexpr double max_exponent = 120;
 
-/// What a point and its cell have in common for value and derivatives.
-struct Term {
-  Eigen::Vector3d y;  // R x: turned, not shifted
-  Eigen::Vector3d v;  // C^-1 x'
-  double density;     // exp(-x'^T C^-1 x' / 2), or 0 where it is left out
+// Four points are worked on at a time, one in each lane; a lane sums every fourth point and the four
+// sums are added at the end. Wider registers do the same operations on the same numbers, without
+// fused ones, so that all processors get the same bits: an add is an add.
+constexpr int lanes = 4;
+using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_THREAD__)
+#define MINESCAN_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define MINESCAN_WIDE
+#endif
+
+double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+
+/// Points that have met a cell, and their cells' numbers, until there are enough to go on with.
+struct Batch {
+  Lanes y[3] = {};  // R x: turned, not shifted
+  Lanes x[3] = {};  // x' (paper, eq. 7)
+  Lanes L[6] = {};  // C^-1: xx, xy, xz, yy, yz, zz
+  Lanes n[3] = {};  // the cell's normal
+  int filled = 0;
 };
 
-struct Kernel {
-  const NdtGrid& grid;
-  const Eigen::Matrix3d R;
-  const Eigen::Vector3d t;
+/// x'^T C^-1 x' / 2 gives each lane's density, and v = C^-1 x' is left in `v`.
+inline __attribute__((always_inline)) void densities(const Batch& b, Lanes (&v)[3], Lanes& w) {
+  v[0] = b.L[0] * b.x[0] + b.L[1] * b.x[1] + b.L[2] * b.x[2];
+  v[1] = b.L[1] * b.x[0] + b.L[3] * b.x[1] + b.L[4] * b.x[2];
+  v[2] = b.L[2] * b.x[0] + b.L[4] * b.x[1] + b.L[5] * b.x[2];
+  const Lanes exponent = (b.x[0] * v[0] + b.x[1] * v[1] + b.x[2] * v[2]) / 2;
+  for (int i = 0; i < lanes; ++i)
+    w[i] = i < b.filled && exponent[i] < max_exponent ? std::exp(-exponent[i]) : 0;
+}
 
-  /// Calls visit(cell, term) for every point with a cell, in order.
-  template <class Visit>
-  void each(const std::vector<Eigen::Vector3d>& points, Visit&& visit) const {
-    const double r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2);
-    const double r10 = R(1, 0), r11 = R(1, 1), r12 = R(1, 2);
-    const double r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
-    for (const Eigen::Vector3d& p : points) {
-      Term term;
-      term.y = {r00 * p.x() + r01 * p.y() + r02 * p.z(), r10 * p.x() + r11 * p.y() + r12 * p.z(),
-                r20 * p.x() + r21 * p.y() + r22 * p.z()};
-      const Eigen::Vector3d moved = term.y + t;
-      const NdtCell* cell = grid.find(moved);
-      if (!cell) continue;
-      const Eigen::Vector3d x = moved - cell->mean;  // eq. 7
-      const auto& [xx, xy, xz, yy, yz, zz] = cell->information;
-      term.v = {xx * x.x() + xy * x.y() + xz * x.z(), xy * x.x() + yy * x.y() + yz * x.z(),
-                xz * x.x() + yz * x.y() + zz * x.z()};
-      const double exponent = x.dot(term.v) / 2;
-      term.density = exponent < max_exponent ? std::exp(-exponent) : 0;
-      visit(*cell, term);
+/// Calls visit(batch) for all points with a cell, in order, the last batch with the rest.
+template <class Visit>
+inline __attribute__((always_inline)) std::size_t for_each_batch(
+    const NdtGrid& grid, const Pose& T, const std::vector<Eigen::Vector3d>& points,
+    bool with_normals, Visit&& visit) {
+  const Eigen::Matrix3d R = T.linear();
+  const double r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2);
+  const double r10 = R(1, 0), r11 = R(1, 1), r12 = R(1, 2);
+  const double r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
+  const Eigen::Vector3d t = T.translation();
+  Batch batch;
+  std::size_t met = 0;
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3d y(r00 * p.x() + r01 * p.y() + r02 * p.z(),
+                            r10 * p.x() + r11 * p.y() + r12 * p.z(),
+                            r20 * p.x() + r21 * p.y() + r22 * p.z());
+    const Eigen::Vector3d moved = y + t;
+    const NdtCell* cell = grid.find(moved);
+    if (!cell) continue;
+    ++met;
+    const int lane = batch.filled++;
+    for (int i = 0; i < 3; ++i) {
+      batch.y[i][lane] = y[i];
+      batch.x[i][lane] = moved[i] - cell->mean[i];
+    }
+    for (std::size_t i = 0; i < 6; ++i) batch.L[i][lane] = cell->information[i];
+    if (with_normals)
+      for (int i = 0; i < 3; ++i) batch.n[i][lane] = grid.normal(*cell)[i];
+    if (batch.filled == lanes) {
+      visit(batch);
+      batch.filled = 0;
     }
   }
-};
-
-Kernel kernel(const NdtGrid& grid, const Pose& T) {
-  return {.grid = grid, .R = T.linear(), .t = T.translation()};
+  if (batch.filled > 0) visit(batch);
+  return met;
 }
 
 /// Sum of J^T A J for symmetric 3 x 3 matrices A, with J = [I | -[y]x], in 21 numbers.
 struct SymmetricSum {
-  double tt[6] = {};  // xx, xy, xz, yy, yz, zz
-  double tw[9] = {};  // row i: y x (row i of A)
-  double ww[6] = {};
+  Lanes tt[6] = {};  // xx, xy, xz, yy, yz, zz
+  Lanes tw[9] = {};  // row i: y x (row i of A)
+  Lanes ww[6] = {};
 
-  void add(const double (&a)[6], double y0, double y1, double y2) {
+  inline __attribute__((always_inline)) void add(const Lanes (&a)[6], const Lanes (&y)[3]) {
     for (int i = 0; i < 6; ++i) tt[i] += a[i];
-    // Rows of B = A (-[y]x): each row of A crossed with y.
-    const double b00 = y1 * a[2] - y2 * a[1], b01 = y2 * a[0] - y0 * a[2],
-                 b02 = y0 * a[1] - y1 * a[0];
-    const double b10 = y1 * a[4] - y2 * a[3], b11 = y2 * a[1] - y0 * a[4],
-                 b12 = y0 * a[3] - y1 * a[1];
-    const double b20 = y1 * a[5] - y2 * a[4], b21 = y2 * a[2] - y0 * a[5],
-                 b22 = y0 * a[4] - y1 * a[2];
+    // Rows of B = A (-[y]x): y crossed with each row of A.
+    const Lanes b00 = y[1] * a[2] - y[2] * a[1], b01 = y[2] * a[0] - y[0] * a[2],
+                b02 = y[0] * a[1] - y[1] * a[0];
+    const Lanes b10 = y[1] * a[4] - y[2] * a[3], b11 = y[2] * a[1] - y[0] * a[4],
+                b12 = y[0] * a[3] - y[1] * a[1];
+    const Lanes b20 = y[1] * a[5] - y[2] * a[4], b21 = y[2] * a[2] - y[0] * a[5],
+                b22 = y[0] * a[4] - y[1] * a[2];
     tw[0] += b00, tw[1] += b01, tw[2] += b02;
     tw[3] += b10, tw[4] += b11, tw[5] += b12;
     tw[6] += b20, tw[7] += b21, tw[8] += b22;
     // [y]x B, the upper triangle.
-    ww[0] += y1 * b20 - y2 * b10, ww[1] += y1 * b21 - y2 * b11, ww[2] += y1 * b22 - y2 * b12;
-    ww[3] += y2 * b01 - y0 * b21, ww[4] += y2 * b02 - y0 * b22;
-    ww[5] += y0 * b12 - y1 * b02;
+    ww[0] += y[1] * b20 - y[2] * b10;
+    ww[1] += y[1] * b21 - y[2] * b11;
+    ww[2] += y[1] * b22 - y[2] * b12;
+    ww[3] += y[2] * b01 - y[0] * b21;
+    ww[4] += y[2] * b02 - y[0] * b22;
+    ww[5] += y[0] * b12 - y[1] * b02;
   }
 
   Matrix6d matrix() const {
+    double a[6], b[9], c[6];
+    for (int i = 0; i < 6; ++i) a[i] = sum(tt[i]), c[i] = sum(ww[i]);
+    for (int i = 0; i < 9; ++i) b[i] = sum(tw[i]);
     Matrix6d H;
-    H.topLeftCorner<3, 3>() << tt[0], tt[1], tt[2], tt[1], tt[3], tt[4], tt[2], tt[4], tt[5];
-    H.topRightCorner<3, 3>() << tw[0], tw[1], tw[2], tw[3], tw[4], tw[5], tw[6], tw[7], tw[8];
+    H.topLeftCorner<3, 3>() << a[0], a[1], a[2], a[1], a[3], a[4], a[2], a[4], a[5];
+    H.topRightCorner<3, 3>() << b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8];
     H.bottomLeftCorner<3, 3>() = H.topRightCorner<3, 3>().transpose();
-    H.bottomRightCorner<3, 3>() << ww[0], ww[1], ww[2], ww[1], ww[3], ww[4], ww[2], ww[4], ww[5];
+    H.bottomRightCorner<3, 3>() << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
     return H;
   }
 };
@@ -99,60 +135,71 @@ NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen
   Matrix6d S = Matrix6d::Zero();  // v^T times the second derivatives of x'
   S.bottomRightCorner<3, 3>() = (v * y.transpose() + y * v.transpose()) / 2;
   S.bottomRightCorner<3, 3>().diagonal().array() -= v.dot(y);
-  return {.value = -w,                                                     // eq. 6, one term
-          .gradient = w * h,                                               // eq. 8
+  return {.value = -w,                                             // eq. 6, one term
+          .gradient = w * h,                                       // eq. 8
           .hessian = w * (J.transpose() * L * J - h * h.transpose() + S),  // eq. 9
           .met = 1};
 }
 
+MINESCAN_WIDE
 NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
                    const std::vector<Eigen::Vector3d>& points) {
-  double value = 0;
-  double g[6] = {};
+  Lanes value = {}, g[6] = {};
   SymmetricSum H;
-  std::size_t met = 0;
-  kernel(grid, T_target_source).each(points, [&](const NdtCell& cell, const Term& term) {
-    ++met;
-    const double w = term.density;
-    if (w == 0) return;
-    const double v0 = term.v.x(), v1 = term.v.y(), v2 = term.v.z();
-    const double y0 = term.y.x(), y1 = term.y.y(), y2 = term.y.z();
-    const double w0 = w * v0, w1 = w * v1, w2 = w * v2;
+  NdtScore score;
+  score.met = for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) {
+    Lanes v[3], w;
+    densities(b, v, w);
+    const Lanes(&y)[3] = b.y;
+    const Lanes wv[3] = {w * v[0], w * v[1], w * v[2]};
     value -= w;
-    g[0] += w0, g[1] += w1, g[2] += w2;
-    g[3] += y1 * w2 - y2 * w1, g[4] += y2 * w0 - y0 * w2, g[5] += y0 * w1 - y1 * w0;
+    for (int i = 0; i < 3; ++i) g[i] += wv[i];
+    g[3] += y[1] * wv[2] - y[2] * wv[1];
+    g[4] += y[2] * wv[0] - y[0] * wv[2];
+    g[5] += y[0] * wv[1] - y[1] * wv[0];
     // J^T C^-1 J - h h^T = J^T (C^-1 - v v^T) J, since h = J^T v.
-    const auto& [xx, xy, xz, yy, yz, zz] = cell.information;
-    H.add({w * xx - w0 * v0, w * xy - w0 * v1, w * xz - w0 * v2, w * yy - w1 * v1, w * yz - w1 * v2,
-           w * zz - w2 * v2},
-          y0, y1, y2);
+    H.add({w * b.L[0] - wv[0] * v[0], w * b.L[1] - wv[0] * v[1], w * b.L[2] - wv[0] * v[2],
+           w * b.L[3] - wv[1] * v[1], w * b.L[4] - wv[1] * v[2], w * b.L[5] - wv[2] * v[2]},
+          y);
     // The second derivatives of x': (v y^T + y v^T) / 2 - (v.y) I.
-    H.ww[0] -= w1 * y1 + w2 * y2, H.ww[3] -= w0 * y0 + w2 * y2, H.ww[5] -= w0 * y0 + w1 * y1;
-    H.ww[1] += (w0 * y1 + w1 * y0) / 2;
-    H.ww[2] += (w0 * y2 + w2 * y0) / 2;
-    H.ww[4] += (w1 * y2 + w2 * y1) / 2;
+    const Lanes d[3] = {wv[0] * y[0], wv[1] * y[1], wv[2] * y[2]};
+    H.ww[0] -= d[1] + d[2], H.ww[3] -= d[0] + d[2], H.ww[5] -= d[0] + d[1];
+    H.ww[1] += (wv[0] * y[1] + wv[1] * y[0]) / 2;
+    H.ww[2] += (wv[0] * y[2] + wv[2] * y[0]) / 2;
+    H.ww[4] += (wv[1] * y[2] + wv[2] * y[1]) / 2;
   });
-  return {.value = value, .gradient = Vector6d(g), .hessian = H.matrix(), .met = met};
+  score.value = sum(value);
+  for (int i = 0; i < 6; ++i) score.gradient[i] = sum(g[i]);
+  score.hessian = H.matrix();
+  return score;
 }
 
+MINESCAN_WIDE
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
                  const std::vector<Eigen::Vector3d>& points) {
-  double value = 0;
-  kernel(grid, T_target_source).each(points, [&](const NdtCell&, const Term& term) {
-    value -= term.density;
+  Lanes value = {};
+  for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) {
+    Lanes v[3], w;
+    densities(b, v, w);
+    value -= w;
   });
-  return value;
+  return sum(value);
 }
 
-Matrix6d ndt_gauss_newton(const NdtGrid& grid, const Pose& T_target_source,
-                          const std::vector<Eigen::Vector3d>& points) {
-  SymmetricSum H;
-  kernel(grid, T_target_source).each(points, [&](const NdtCell& cell, const Term& term) {
-    const double w = term.density;
-    const auto& [xx, xy, xz, yy, yz, zz] = cell.information;
-    H.add({w * xx, w * xy, w * xz, w * yy, w * yz, w * zz}, term.y.x(), term.y.y(), term.y.z());
+MINESCAN_WIDE
+NdtInformation ndt_information(const NdtGrid& grid, const Pose& T_target_source,
+                               const std::vector<Eigen::Vector3d>& points) {
+  SymmetricSum gauss_newton, surface;
+  for_each_batch(grid, T_target_source, points, true, [&](const Batch& b) {
+    Lanes v[3], w;
+    densities(b, v, w);
+    gauss_newton.add({w * b.L[0], w * b.L[1], w * b.L[2], w * b.L[3], w * b.L[4], w * b.L[5]}, b.y);
+    const Lanes wn[3] = {w * b.n[0], w * b.n[1], w * b.n[2]};
+    surface.add({wn[0] * b.n[0], wn[0] * b.n[1], wn[0] * b.n[2], wn[1] * b.n[1], wn[1] * b.n[2],
+                 wn[2] * b.n[2]},
+                b.y);
   });
-  return H.matrix();
+  return {.gauss_newton = gauss_newton.matrix(), .surface = surface.matrix()};
 }
 
 }  // namespace minescan

@@ -39,8 +39,16 @@ NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
                  const std::vector<Eigen::Vector3d>& points);
 
-/// Gauss-Newton part of the Hessian: the sum of w J^T C^-1 J, w being a point's density.
-Matrix6d ndt_gauss_newton(const NdtGrid& grid, const Pose& T_target_source,
-                          const std::vector<Eigen::Vector3d>& points);
+/// How the points fix the pose, w being a point's density in its cell.
+struct NdtInformation {
+  /// The sum of w J^T C^-1 J, the Gauss-Newton part of the Hessian.
+  Matrix6d gauss_newton = Matrix6d::Zero();
+  /// The sum of w J^T n n^T J, n being the direction in which the cell is thinnest: what a surface
+  /// holds, and that is all. Cells hold points along a wall as well, by their mere borders, so that
+  /// the Hessian has full rank even on a plane.
+  Matrix6d surface = Matrix6d::Zero();
+};
+NdtInformation ndt_information(const NdtGrid& grid, const Pose& T_target_source,
+                               const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace minescan

@@ -5,19 +5,26 @@
 #include <utility>
 #include <vector>
 
+#include "eval/trial.h"
+
 namespace minescan {
 namespace {
 
-/// The axes of the paper's experiments.
+/// Axes that read better than their names do.
 const std::vector<std::pair<std::string, std::string>>& labels() {
   static const std::vector<std::pair<std::string, std::string>> table = {
       {"initial-translation", "Initial translation error [m]"},
       {"initial-rotation", "Initial rotation error [rad]"},
       {"sample-ratio", "Part of the source points used"},
-      {"cell-size", "Cell size [m]"},
-      {"max-distance", "Largest distance of a pair [m]"},
   };
   return table;
+}
+
+/// The unit of an option, from the first method that has it.
+std::string unit_of_option(const std::string& name) {
+  for (const Method& method : methods())
+    if (const Field* field = find_field(method.fields, name)) return field->unit;
+  return {};
 }
 
 bool plain(char c) {
@@ -28,22 +35,27 @@ bool plain(char c) {
 }  // namespace
 
 std::string axis_label(std::string_view axis) {
-  std::string name(axis);
-  std::ranges::replace(name, '_', '-');
-  for (const auto& [known, label] : labels())
-    if (name == known) return label;
-  std::ranges::replace(name, '-', ' ');
-  if (!name.empty() && name[0] >= 'a' && name[0] <= 'z')
-    name[0] = static_cast<char>(name[0] - 'a' + 'A');
-  return name;
+  std::string label(axis);
+  std::ranges::replace(label, '_', '-');
+  for (const auto& [known, better] : labels())
+    if (label == known) return better;
+  const std::string unit = unit_of_option(label);
+  std::ranges::replace(label, '-', ' ');
+  if (!label.empty() && label[0] >= 'a' && label[0] <= 'z')
+    label[0] = static_cast<char>(label[0] - 'a' + 'A');
+  return unit.empty() ? label : label + " [" + unit + "]";
 }
 
 std::string file_stem(std::string_view name) {
-  std::string stem(name);
-  std::ranges::replace_if(
-      stem, [](char c) { return !plain(c); }, '-');
-  if (stem.empty() || stem[0] == '.') stem.insert(0, 1, '-');
-  return stem;
+  std::string stem;
+  bool gap = false;
+  for (const char c : name) {
+    const bool keep = plain(c) && !(c == '.' && stem.empty());
+    if (keep && gap && !stem.empty()) stem += '-';
+    if (keep) stem += c;
+    gap = !keep;
+  }
+  return stem.empty() ? "unnamed" : stem;
 }
 
 }  // namespace minescan

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
-#include <span>
-#include <tuple>
 
 #include "core/text.h"
 #include "eval/metrics.h"
+#include "eval/study.h"
 #include "reports/axis_label.h"
 
 namespace minescan {
@@ -23,6 +23,7 @@ namespace {
 // boxes of the good ones would be lines on the x axis (assumed).
 constexpr double largest_linear_ratio = 100;
 constexpr std::size_t most_messages = 10;
+constexpr std::size_t distinct_colours = 7;  // of the palette in web/src/spec.mjs
 constexpr const char* metric_names[] = {"translation_error_m", "rotation_error_rad", "time_s"};
 
 using Rows = std::vector<const Outcome*>;
@@ -177,19 +178,17 @@ FigureBox make_box(const Rows& rows, const Metric& metric) {
   return box;
 }
 
-bool needs_logarithm(const std::vector<FigureSeries>& series) {
-  double low = 0, high = 0;  // of what is drawn and positive
-  for (const FigureSeries& s : series)
-    for (const FigureBox& box : s.boxes) {
-      const BoxStatistics& b = box.statistics;
-      for (const double value :
-           {b.minimum, b.lower_quartile, b.median, b.upper_quartile, b.maximum})
-        if (value > 0) {
-          low = low > 0 ? std::min(low, value) : value;
-          high = std::max(high, value);
-        }
-    }
-  return low > 0 && high > largest_linear_ratio * low;
+bool needs_logarithm(const Figure& figure) {
+  std::vector<double> drawn = {figure.good, figure.acceptable};
+  for (const FigureSeries& series : figure.series)
+    for (const FigureBox& box : series.boxes)
+      for (const double value : {box.statistics.minimum, box.statistics.lower_quartile,
+                                 box.statistics.median, box.statistics.maximum})
+        drawn.push_back(value);
+  std::erase_if(drawn, [](double value) { return !(value > 0); });
+  if (drawn.empty()) return false;
+  const auto [low, high] = std::ranges::minmax(drawn);
+  return high > largest_linear_ratio * low;
 }
 
 /// "m" of "Translation error [m]".
@@ -231,7 +230,7 @@ Figure make_figure(const std::string& place, const Rows& rows, const std::string
     }
     if (!one.boxes.empty()) figure.series.push_back(std::move(one));
   }
-  figure.logarithmic = needs_logarithm(figure.series);
+  figure.logarithmic = needs_logarithm(figure);
   return figure;
 }
 
@@ -247,6 +246,8 @@ StudyFigures make_study(const std::string& name, const Rows& rows) {
     rotations.insert(row->trial.initial_rotation);
     if (!row->message.empty()) messages.insert(row->trial.method + ": " + row->message);
   }
+  const auto known = std::ranges::find(studies(), name, &Study::name);
+  if (known != studies().end()) study.description = known->description;
   study.pairs.assign(pairs.begin(), pairs.end());
   study.seeds.assign(seeds.begin(), seeds.end());
   study.initial_translation = {*translations.begin(), *translations.rbegin()};
@@ -269,30 +270,39 @@ StudyFigures make_study(const std::string& name, const Rows& rows) {
       grouped<std::string>(rows, [](const Outcome& row) { return data_set(row.trial.pair); });
   for (const auto& [set, of_set] : by_data_set)
     for (const char* metric : metric_names)
-      study.figures.push_back(make_figure(by_data_set.size() == 1 ? name : name + " " + set, of_set,
-                                          x, series, find_metric(metric)));
+      study.figures.push_back(make_figure(by_data_set.size() == 1 ? name : name + ", " + set,
+                                          of_set, x, series, find_metric(metric)));
   return study;
 }
 
-/// Gives each name one number for the whole report: the least that no name has which is beside it
-/// in some study, so that as few colours as possible serve and neighbours differ.
+/// Gives each name one number for the whole report. Names that stand beside each other in a study
+/// get different ones; the first few, which are told apart best, are used evenly.
 void assign_colours(std::vector<StudyFigures>& studies) {
   std::map<std::string, std::size_t> colours;
-  for (const StudyFigures& study : studies)
-    for (const Series& series : study.series) {
-      if (colours.contains(series.name)) continue;
-      std::set<std::size_t> taken;
-      for (const StudyFigures& other : studies)
-        if (std::ranges::find(other.series, series.name, &Series::name) != other.series.end())
-          for (const Series& neighbour : other.series)
-            if (const auto found = colours.find(neighbour.name); found != colours.end())
-              taken.insert(found->second);
-      std::size_t free = 0;
-      while (taken.contains(free)) ++free;
-      colours[series.name] = free;
+  std::array<std::size_t, distinct_colours> uses = {};
+  const auto neighbours = [&](const std::string& name) {
+    std::set<std::size_t> taken;
+    for (const StudyFigures& study : studies) {
+      if (std::ranges::find(study.series, name, &Series::name) == study.series.end()) continue;
+      for (const Series& other : study.series)
+        if (const auto found = colours.find(other.name); found != colours.end())
+          taken.insert(found->second);
     }
+    return taken;
+  };
   for (StudyFigures& study : studies)
-    for (Series& series : study.series) series.colour = colours.at(series.name);
+    for (Series& series : study.series) {
+      if (!colours.contains(series.name)) {
+        const std::set<std::size_t> taken = neighbours(series.name);
+        std::size_t best = 0;
+        while (taken.contains(best)) ++best;
+        for (std::size_t i = best + 1; i < uses.size(); ++i)
+          if (!taken.contains(i) && uses[i] < uses[best]) best = i;
+        if (best < uses.size()) ++uses[best];
+        colours[series.name] = best;
+      }
+      series.colour = colours[series.name];
+    }
 }
 
 /// Two studies may differ only in what a file name cannot hold.

@@ -54,13 +54,14 @@ struct Figure {
   std::vector<std::string> levels = {};  // of x, ascending; one, empty, where the series are on x
   double good = 0;                       // limits of the metric, 0 where there is none
   double acceptable = 0;
-  bool logarithmic = false;  // the numbers span too many decades for a linear axis
+  bool logarithmic = false;  // numbers and limits span too much for a linear axis
   std::vector<FigureSeries> series = {};
 };
 
 /// One study: its figures and what was run.
 struct StudyFigures {
   std::string name = {};
+  std::string description = {};  // of the study known by this name, or empty
   std::size_t trials = 0;
   std::vector<std::string> pairs = {};
   std::vector<std::uint64_t> seeds = {};

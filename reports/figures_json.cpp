@@ -61,6 +61,7 @@ Json study_json(const StudyFigures& study) {
   Json seeds = Json::array();
   for (const std::uint64_t seed : study.seeds) seeds.push_back(std::to_string(seed));
   return {{"name", study.name},
+          {"description", study.description},
           {"trials", study.trials},
           {"pairs", study.pairs},
           {"seeds", std::move(seeds)},

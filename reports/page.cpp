@@ -40,7 +40,7 @@ std::string report_page(const ReportInput& input) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
       "script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data:\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>Scan registration report</title>\n"
+      "<title>minescan: scan registration report</title>\n"
       "<style>\n";
   page += page_style();
   page +=

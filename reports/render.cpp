@@ -96,8 +96,9 @@ void run_node(const std::vector<std::string>& arguments, const fs::path& log) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
   const std::string end = WIFEXITED(status) ? fmt::format("status {}", WEXITSTATUS(status))
                                             : fmt::format("signal {}", WTERMSIG(status));
-  throw std::runtime_error(fmt::format("rendering the figures: 'node' ended with {}: {}", end,
-                                       telling_line(read_text(log))));
+  const std::string line = telling_line(read_text(log));
+  throw std::runtime_error(fmt::format("rendering the figures: 'node' ended with {}{}{}", end,
+                                       line.empty() ? "" : ": ", line));
 }
 
 }  // namespace

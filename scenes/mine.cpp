@@ -131,7 +131,9 @@ class MineField {
       result.interval.high = std::min(result.interval.high, drift.high);
     }
     for (const Fixture& box : fixtures_) {
-      const double inside = -distance_to(box, p);
+      const double above_bottom = p.z() - box.bottom;
+      if (above_bottom + radius <= result.interval.low) continue;  // nothing of it is near
+      const double inside = std::min(above_bottom, -distance_in_plan(box, p));
       if (inside - radius > result.interval.low) result.material = fixture;
       result.interval.low = std::max(result.interval.low, inside - radius);
       result.interval.high = std::max(result.interval.high, inside + radius);
@@ -204,11 +206,12 @@ class MineField {
     return parts[floor_part].low > rock ? gravel : sandstone;
   }
 
-  static double distance_to(const Fixture& box, const Eigen::Vector3d& p) {
-    const double c = std::cos(box.heading), s = std::sin(box.heading);
-    const double dx = p.x() - box.centre.x(), dy = p.y() - box.centre.y();
-    return std::max({std::abs(c * dx + s * dy) - box.length / 2,
-                     std::abs(c * dy - s * dx) - box.width / 2, box.bottom - p.z()});
+  static double distance_in_plan(const Fixture& box, const Eigen::Vector3d& p) {
+    const double dx = p.x() - box.centre.x();
+    const double dy = p.y() - box.centre.y();
+    const double u = dx * box.along.x() + dy * box.along.y();
+    const double v = dy * box.along.x() - dx * box.along.y();
+    return std::max(std::abs(u) - box.length / 2, std::abs(v) - box.width / 2);
   }
 
   std::vector<Frame> frames_;

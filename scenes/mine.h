@@ -30,7 +30,7 @@ struct Drift {
 /// A box hanging from the roof.
 struct Fixture {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  double heading = 0;  // of its length, radians from x
+  Eigen::Vector2d along = Eigen::Vector2d::UnitX();  // unit vector
   double length = 1.5;
   double width = 0.3;
   double bottom = 5.7;  // z of its lower side; it reaches up into the rock

@@ -13,7 +13,7 @@
 namespace minescan {
 
 /// Four standard normal numbers from one block of random bits (Box-Muller). Their uniforms have 32
-/// bits, so none is beyond 6.7 sigma.
+/// bits, so none is beyond 6.8 sigma.
 std::array<double, 4> four_normals(Random& random);
 
 /// What a beam measured.

@@ -65,9 +65,10 @@ struct Ring {
   Vector3d turned = Vector3d::Zero();
   Vector3d fixed = Vector3d::Zero();  // out of the plane, where the mirror's turning leads nowhere
 
-  // exact for a mirror angle larger by `jitter`
+  // for a mirror angle larger by `jitter`, less than a right angle
   Vector3d jittered(double jitter) const {
-    return fixed + std::cos(jitter) * beam + std::sin(jitter) * turned;
+    const double sine = std::sin(jitter);
+    return fixed + std::sqrt(1 - sine * sine) * beam + sine * turned;
   }
 };
 

@@ -51,7 +51,8 @@ TEST(LatticeDirections, HaveTheMomentsOfTheSphere) {
     mean += d / 100;
     second += d * d.transpose() / 100;
   }
-  const Eigen::Vector3d eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvalues();
+  const Eigen::Vector3d eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvalues();
   // For uniform directions 0 and 1/3; a hundred random ones have a mean of 0.1. Known values for
   // this lattice, to their last digit.
   EXPECT_LE(mean.norm(), 2.5e-4);
@@ -68,8 +69,9 @@ TEST(LatticeDirections, RefuseAnIndexOutOfRange) {
 TEST(StartDirections, AreTheLatticeTurnedAsAWhole) {
   for (const std::uint64_t seed : {1, 2}) {
     for (int i = 1; i < 50; ++i)
-      EXPECT_NEAR(start_directions(i, 50, seed).offset.dot(start_directions(i - 1, 50, seed).offset),
-                  lattice_direction(i, 50).dot(lattice_direction(i - 1, 50)), 1e-14);  // rounding
+      EXPECT_NEAR(
+          start_directions(i, 50, seed).offset.dot(start_directions(i - 1, 50, seed).offset),
+          lattice_direction(i, 50).dot(lattice_direction(i - 1, 50)), 1e-14);  // rounding
     EXPECT_GT((start_directions(0, 50, seed).offset - lattice_direction(0, 50)).norm(), 0.01);
   }
   EXPECT_GT((start_directions(0, 50, 1).offset - start_directions(0, 50, 2).offset).norm(), 0.01);
@@ -98,7 +100,8 @@ TEST(StartPose, HasExactlyTheStatedErrors) {
   for (const double translation : {0.0, 0.5, 4.0})
     for (const double rotation : {0.0, 1e-3, 0.6, 3.0})
       for (int i = 0; i < 20; ++i) {
-        const PoseError error = pose_error(truth, start_pose(truth, i, 20, 3, translation, rotation));
+        const PoseError error =
+            pose_error(truth, start_pose(truth, i, 20, 3, translation, rotation));
         EXPECT_NEAR(error.translation, translation, 1e-14);  // rounding of numbers up to 5
         EXPECT_NEAR(error.rotation, rotation, 1e-14);
       }
@@ -111,7 +114,8 @@ TEST(StartPose, KeepsItsDirectionsForAllSizesOfError) {
   EXPECT_NEAR((8 * near - far).norm(), 0, 1e-14);  // rounding
 }
 
-// The formula behind every rotation error; acos of the trace would lose half the digits at both ends.
+// The formula behind every rotation error; acos of the trace would lose half the digits at both
+// ends.
 TEST(RotationError, IsExactNearZeroAndNearAHalfTurn) {
   for (const double angle : {1e-8, 1e-3, std::numbers::pi - 1e-6})
     for (std::uint64_t i = 0; i < 20; ++i) {

@@ -25,18 +25,13 @@ Outcome converged(double translation, double rotation) {
 TEST(TrialId, ChangesWithEverythingThatDecidesTheResult) {
   const Trial trial = small_trial("ndt");
   const std::vector<std::function<void(Trial&)>> changes = {
-      [](Trial&) {},
-      [](Trial& t) { t.pair = "other"; },
-      [](Trial& t) { t.origin = "other"; },
-      [](Trial& t) { t.method = "icp"; },
-      [](Trial& t) { t.settings["cell-size"] = "2"; },
+      [](Trial&) {}, [](Trial& t) { t.pair = "other"; }, [](Trial& t) { t.origin = "other"; },
+      [](Trial& t) { t.method = "icp"; }, [](Trial& t) { t.settings["cell-size"] = "2"; },
       [](Trial& t) { t.settings["cell-size"] = "3"; },
       [](Trial& t) { t.settings["cell"] = "-size2"; },
       [](Trial& t) { t.initial_translation = 1.0000000000000002; },
-      [](Trial& t) { t.initial_rotation = 0; },
-      [](Trial& t) { t.start = 1; },
-      [](Trial& t) { t.starts = 101; },
-      [](Trial& t) { t.seed = 2; },
+      [](Trial& t) { t.initial_rotation = 0; }, [](Trial& t) { t.start = 1; },
+      [](Trial& t) { t.starts = 101; }, [](Trial& t) { t.seed = 2; },
       // text that wanders from one field to the next
       [](Trial& t) { t.pair = "pairtwo", t.origin = " points"; }};
   std::set<std::string> ids;
@@ -61,10 +56,11 @@ TEST(TrialId, DoesNotChangeWithLabels) {
   EXPECT_EQ(trial_id(trial), id);
 }
 
-// A result table written last year must be found again: change this only with the schema's version.
+// A result table written last year must be found again. The expectation was computed in Python 3.11
+// (FNV-1a and Philox4x32-10 written from their papers) from the text "4:pair,10:two points,...".
 TEST(TrialId, IsTheSameOnEveryMachine) {
   EXPECT_EQ(trial_id(small_trial("ndt")).size(), 16u);
-  EXPECT_EQ(trial_id(small_trial("ndt")), PINNED);
+  EXPECT_EQ(trial_id(small_trial("ndt")), "14a0298a1aa0bd36");
 }
 
 TEST(Quality, HasTheLimitsOfThePaper) {
@@ -78,8 +74,8 @@ TEST(Quality, HasTheLimitsOfThePaper) {
 }
 
 TEST(Quality, NeedsConvergence) {
-  for (const Status status : {Status::not_run, Status::max_iterations, Status::no_overlap,
-                              Status::degenerate}) {
+  for (const Status status :
+       {Status::not_run, Status::max_iterations, Status::no_overlap, Status::degenerate}) {
     Outcome outcome = converged(0, 0);
     outcome.result.status = status;
     EXPECT_EQ(quality(outcome), Quality::failed);
@@ -185,8 +181,9 @@ TEST(Metrics, MeasureTheirColumn) {
   o.result.cpu = 6;
   o.result.target_bytes = 7;
   const std::vector<std::pair<std::string, double>> expected = {
-      {"translation_error_m", 1}, {"rotation_error_rad", 2}, {"time_s", 333}, {"axial_error_m", 4},
-      {"iterations", 5}, {"cpu_s", 6}, {"target_bytes", 7}};
+      {"translation_error_m", 1}, {"rotation_error_rad", 2}, {"time_s", 333},
+      {"axial_error_m", 4},       {"iterations", 5},         {"cpu_s", 6},
+      {"target_bytes", 7}};
   ASSERT_EQ(metrics().size(), expected.size());
   for (const auto& [name, value] : expected) {
     EXPECT_EQ(find_metric(name).value(o), value) << name;

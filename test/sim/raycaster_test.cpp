@@ -112,7 +112,7 @@ TEST(RayCaster, AgreesWithBruteForce) {
   const RayCaster caster(mesh);
   const Vector3d origin(1, 2, -0.5);
   int same = 0;
-  const int rays = 4000;
+  const int rays = 2000;
   for (std::uint64_t i = 0; i < rays; ++i) {
     Random random(4, i);
     const Vector3d direction = random_direction(random);

@@ -97,10 +97,11 @@ TEST(BeamDirections, OfThePitchingOptabCoverTheStatedAngles) {
       forward = std::max(forward,
                          beam.x() * std::cos(pitch * degree) + beam.z() * std::sin(pitch * degree));
     }
-    ASSERT_NEAR(std::acos(forward) / degree, 0.75, 1e-9);  // half of 240 / 160
+    ASSERT_NEAR(std::acos(forward) / degree, 0.6875, 1e-9);  // half of 220 / 160
   }
-  EXPECT_NEAR(azimuth(beam_direction(s, 0, 0)), -119.25, 1e-3);  // the first plane is all but level
-  EXPECT_NEAR(azimuth(beam_direction(s, 159, 0)), 119.25, 1e-3);
+  EXPECT_NEAR(azimuth(beam_direction(s, 0, 0)), -109.3125,
+              1e-3);  // the first plane is all but level
+  EXPECT_NEAR(azimuth(beam_direction(s, 159, 0)), 109.3125, 1e-3);
   EXPECT_NEAR(polar(beam_direction(s, 80, 0)), 89.75, 1e-3);
 }
 
@@ -238,6 +239,9 @@ TEST(Scan, DropsSurfacesOutsideTheRangeLimitsWithoutLookingThroughThem) {
   Scanner s = ideal(40, 40);
   s.min_range = 2;
   EXPECT_TRUE(scan(RayCaster(mesh), s, Pose::Identity(), 0, "").range.empty());
+  s.range_noise = 1;  // too near to be measured at all, whatever the noise would make of it
+  EXPECT_TRUE(scan(RayCaster(mesh), s, Pose::Identity(), 0, "").range.empty());
+  s.range_noise = 0;
 
   s.min_range = 0.1;
   s.max_range = 1.2;

@@ -3,7 +3,7 @@
 // nodes and attributes, never markup.
 
 import {draw, svgText} from './picture.mjs';
-import {boxPlot, colourOf, printOptions} from './spec.mjs';
+import {boxPlot, printOptions} from './spec.mjs';
 import {numbersTable, runsTable, seriesTable} from './tables.mjs';
 import {element} from './element.mjs';
 import {numberText} from './text.mjs';
@@ -67,30 +67,24 @@ function figurePart(figure, study, number, methods) {
     element('figcaption', {}, element('strong', {}, caption + ' '), saveButton(figure, study, methods)),
     element('details', {}, element('summary', {}, 'Numbers'), table));
   let remove = () => {};
-  const update = async () => {
+  const update = () => {
     const chosen = methods();
     table.replaceChildren(numbersTable(figure, study, chosen, caption));
     remove();
-    remove = () => {};
     canvas.replaceChildren();
     const width = Math.max(320, Math.min(960, Math.floor(canvas.clientWidth)));
-    remove = await draw(boxPlot(figure, study, {methods: chosen, width, plotHeight: 300, fontSize: 12}), canvas);
+    remove = draw(boxPlot(figure, study, {methods: chosen, title: false, width, plotHeight: 300, fontSize: 12}), canvas);
   };
   return {node, update};
 }
 
-/** One checkbox for each method, coloured as its first series. */
+/** One checkbox for each method, for all figures. */
 function methodFilter(data, onChange) {
-  const colours = new Map();
-  for (const study of data.studies)
-    for (const series of study.series)
-      if (!colours.has(series.method)) colours.set(series.method, colourOf(series));
-  const boxes = [...colours].map(([method, colour]) => {
+  const names = new Set(data.studies.flatMap((study) => study.series.map((series) => series.method)));
+  const boxes = [...names].sort().map((method) => {
     const input = element('input', {type: 'checkbox', checked: ''});
     input.addEventListener('change', onChange);
-    const swatch = element('span', {class: 'swatch'});
-    swatch.style.background = colour;
-    return {method, input, node: element('label', {}, input, swatch, method)};
+    return {method, input, node: element('label', {}, input, method)};
   });
   const node = element('fieldset', {class: 'filter'}, element('legend', {}, 'Methods shown'), ...boxes.map((b) => b.node));
   return {node, methods: () => new Set(boxes.filter((b) => b.input.checked).map((b) => b.method))};
@@ -103,6 +97,7 @@ function studyPart(study, first, methods) {
     : [];
   const node = element('section', {id: `study-${first}`, class: 'study'},
     element('h2', {}, study.name || 'Without a study'),
+    ...(study.description ? [element('p', {class: 'description'}, study.description)] : []),
     facts(study),
     ...parts.map((part) => part.node),
     element('h3', {}, 'What was run'),
@@ -132,8 +127,15 @@ function build(data, root) {
     return;
   }
   const all = [];
+  // Figure by figure, so that the page answers meanwhile; a newer call takes over.
+  let latest = 0;
   const redraw = async () => {
-    for (const part of all) await part.update();
+    const call = ++latest;
+    for (const part of all) {
+      part.update();
+      await new Promise((resume) => setTimeout(resume));
+      if (call !== latest) return;
+    }
   };
   const filter = methodFilter(data, redraw);
   const firsts = [];

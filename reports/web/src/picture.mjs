@@ -6,8 +6,9 @@ import {compile} from 'vega-lite';
 
 import {textWidth} from './text.mjs';
 
-// The same layout in Node.js as in a browser. Vega asks with the font size in the item.
-vega.textMetrics.width = (item, text) => textWidth(text ?? '', item.fontSize ?? 11);
+// Node.js cannot measure text. Vega asks with the font size in the item, as in its own functions.
+if (typeof document === 'undefined')
+  vega.textMetrics.width = (item, text) => textWidth(text ?? '', item.fontSize ?? 11);
 
 function view(spec, options) {
   return new vega.View(vega.parse(compile(spec).spec), {logLevel: vega.Error, ...options});
@@ -22,8 +23,8 @@ export async function svgText(spec) {
 }
 
 /** Draws into an element of the page; returns a function that removes it. */
-export async function draw(spec, element) {
+export function draw(spec, element) {
   const drawn = view(spec, {renderer: 'svg', container: element});
-  await drawn.runAsync();
+  drawn.run();
   return () => drawn.finalize();
 }

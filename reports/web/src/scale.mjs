@@ -53,5 +53,5 @@ function linearAxis(largest) {
   const count = Math.ceil((largest * 1.02) / step);
   const ticks = [];
   for (let i = 0; i <= count; ++i) ticks.push(Number((i * step).toPrecision(12)));
-  return {type: 'linear', domain: [0, count * step], ticks};
+  return {type: 'linear', domain: [0, ticks.at(-1)], ticks};
 }

@@ -48,9 +48,9 @@ function layOut(figure, shown, plotWidth) {
   const side = onX ? 1 : shown.length;
   const step = 0.84 / side;
   const unit = plotWidth / Math.max(levels.length, 1);
-  // At most 11 px to each side: wider boxes look clumsy.
-  const half = Math.min(0.4 * step, 11 / unit);
-  const dodge = Math.min(step, (2.6 * 11) / unit);
+  // At most 13 px to each side: wider boxes look clumsy.
+  const half = Math.min(0.4 * step, 13 / unit);
+  const dodge = Math.min(step, (2.6 * 13) / unit);
   return {
     onX,
     levels,
@@ -95,10 +95,11 @@ function xLabels(place, plotWidth, fontSize) {
   return {labels: place.levels, lines: 1, angle: -90};
 }
 
-/** How many legend entries stand in a line of `width`. */
+/** How many legend entries stand in a line of `width`, the lines being equally full. */
 function legendColumns(names, width, fontSize) {
   const entry = Math.max(0, ...names.map((name) => textWidth(name, fontSize))) + 32;
-  return Math.max(1, Math.min(names.length, Math.floor(width / entry)));
+  const most = Math.max(1, Math.floor(width / entry));
+  return Math.ceil(names.length / Math.max(1, Math.ceil(names.length / most)));
 }
 
 function limitsOf(figure) {
@@ -114,7 +115,7 @@ const q = (field) => ({field, type: 'quantitative'});
 const own = (field) => ({field, type: 'nominal', scale: null, legend: null});
 
 /** Boxes from back to front: whiskers, caps, box, median, line through the medians, its points. */
-function boxLayers(place, names, shown, columns, fontSize) {
+function boxLayers(place, names, shown, legendLayout, fontSize) {
   const rule = (x, x2, y, y2, width) => ({
     mark: {type: 'rule', strokeWidth: width, strokeCap: 'butt'},
     encoding: {
@@ -151,7 +152,7 @@ function boxLayers(place, names, shown, columns, fontSize) {
   layers.push(rule('left', 'right', 'median', null, 2));
   const legend = place.onX
     ? null
-    : {orient: 'top', title: null, columns, symbolStrokeWidth: 0, symbolSize: 5 * fontSize};
+    : {orient: 'top', title: null, ...legendLayout, symbolStrokeWidth: 0, symbolSize: 5 * fontSize};
   const encoding = (range) => ({field: 'series', type: 'nominal', scale: {domain: names, range}, sort: null, legend});
   layers.push({
     mark: {type: 'point', filled: true, opacity: 1, size: 2.2 * fontSize},
@@ -229,10 +230,11 @@ function config(fontSize) {
  * The specification of a figure.
  *
  * study      what the figure belongs to: its `series` name and colour the boxes
- * options    methods: a Set of those to show, or null for all; width and plotHeight in px; fontSize
+ * options    methods: a Set of those to show, or null for all; title: whether it is in the picture;
+ *            width and plotHeight in px; fontSize
  * returns    a Vega-Lite specification whose picture is exactly spec.width by spec.height
  */
-export function boxPlot(figure, study, {methods = null, width, plotHeight, fontSize}) {
+export function boxPlot(figure, study, {methods = null, title = true, width, plotHeight, fontSize}) {
   const shown = figure.series
     .map(({series, boxes}) => ({series: study.series[series], boxes}))
     .filter(({series}) => methods === null || methods.has(series.method));
@@ -256,13 +258,13 @@ export function boxPlot(figure, study, {methods = null, width, plotHeight, fontS
   const labelHeight = x.angle === 0 ? x.lines * (fontSize + 2) : Math.min(longest, 14 * fontSize);
   const lineHeight = fontSize + 4;
   const height = Math.round(
-    plotHeight + legendRows * lineHeight + labelHeight + (place.onX ? 0 : lineHeight + 4) + 2 * lineHeight,
+    plotHeight + legendRows * lineHeight + labelHeight + (place.onX ? 0 : lineHeight + 4) + (title ? 2 : 1) * lineHeight,
   );
 
   return {
     $schema: 'https://vega.github.io/schema/vega-lite/v6.json',
     description: `${figure.title}: box plot of ${names.join('; ')}`,
-    title: figure.title,
+    ...(title && {title: figure.title}),
     width,
     height,
     autosize: {type: 'fit', contains: 'padding'},
@@ -299,12 +301,12 @@ export function boxPlot(figure, study, {methods = null, width, plotHeight, fontS
           labelOverlap: false,
           title: figure.yLabel + (axis.type === 'log' ? ', log scale' : ''),
           grid: true,
-          minExtent: 3.5 * fontSize,  // so that the frames of a study's figures are in line
+          minExtent: 4.2 * fontSize,  // so that the frames of a study's figures are in line
         },
       },
     },
     layer: [
-      ...boxLayers(place, names, shown, columns, fontSize),
+      ...boxLayers(place, names, shown, {columns, labelLimit: plotWidth - 20}, fontSize),
       ...(limits.length > 0 ? [limitLayer(limits)] : []),
     ],
   };

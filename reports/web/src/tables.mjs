@@ -20,6 +20,7 @@ function seriesCell(series) {
   return element('th', {scope: 'row', class: 'name'}, swatch, series.name);
 }
 
+const short = (value) => numberText(value, 3);
 const cell = (text) => element('td', {}, text);
 
 /** Levels by series: what each box of the figure shows. `methods` is the Set of those wanted. */
@@ -29,16 +30,16 @@ export function numbersTable(figure, study, methods, caption) {
   shown.sort((a, b) => a.box.level - b.box.level);  // stable: series stay in their order
   const unit = figure.unit ? ` [${figure.unit}]` : '';
   const level = figure.xLabel ? [figure.xLabel] : [];
-  const heads = [['Series'], ...level, 'n', `Minimum${unit}`, `Lower quartile${unit}`, `Median${unit}`,
+  const heads = [...level, ['Series'], 'n', `Minimum${unit}`, `Lower quartile${unit}`, `Median${unit}`,
     `95 % of median${unit}`, `Upper quartile${unit}`, `Maximum${unit}`, 'Good', 'Acceptable'];
   const rows = shown.map(({series, box}) => element('tr', {},
-    seriesCell(series),
     ...level.map(() => cell(figure.levels[box.level])),
+    seriesCell(series),
     cell(box.n === box.trials ? String(box.n) : `${box.n} of ${box.trials}`),
     ...(box.n > 0
-      ? [numberText(box.min), numberText(box.q1), numberText(box.median),
-          `${numberText(box.medianInterval[0])}–${numberText(box.medianInterval[1])}`,
-          numberText(box.q3), numberText(box.max)]
+      ? [short(box.min), short(box.q1), short(box.median),
+          `${short(box.medianInterval[0])}–${short(box.medianInterval[1])}`,
+          short(box.q3), short(box.max)]
       : Array(6).fill('–')).map(cell),
     cell(rateText(box.good, box.trials, box.goodInterval)),
     cell(rateText(box.acceptable, box.trials, box.acceptableInterval))));
@@ -49,10 +50,11 @@ export function numbersTable(figure, study, methods, caption) {
 export function seriesTable(study) {
   const statuses = Object.keys(study.series[0].statuses)
     .filter((status) => study.series.some((series) => series.statuses[status] > 0));
-  const heads = [['Series'], ['Method'], ['Settings other than the defaults'], 'Trials', ...statuses.map((s) => s.replaceAll('_', ' '))];
+  const named = study.series.some((series) => series.name !== series.method);
+  const heads = [['Series'], ...(named ? [['Method']] : []), ['Settings other than the defaults'], 'Trials', ...statuses.map((s) => s.replaceAll('_', ' '))];
   const rows = study.series.map((series) => element('tr', {},
     seriesCell(series),
-    element('td', {class: 'name'}, series.method),
+    ...(named ? [element('td', {class: 'name'}, series.method)] : []),
     element('td', {class: 'name'}, series.settings || 'none'),
     cell(String(series.trials)),
     ...statuses.map((status) => cell(String(series.statuses[status])))));

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "registration/icp.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "clouds.h"
+
+namespace minescan {
+namespace {
+
+const Pose near_identity = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
+
+TEST(RegisterIcp, RegistersACloudWithItselfExactly) {
+  Random random(1, 0);
+  const Pose truth = random_pose(random, 3, 2);
+  const PointCloud target = bumpy_tunnel(20000, 1);
+  const PointCloud source = transformed(truth.inverse(), target);
+  const RegistrationResult result =
+      register_icp(target, source, near_identity * truth, {.tree_error = 0, .stop_step = 1e-9});
+  EXPECT_EQ(result.status, Status::converged);
+  // Every point finds itself: rounding only.
+  EXPECT_LT(pose_error(truth, result.T_target_source).translation, 1e-9);
+  EXPECT_LT(pose_error(truth, result.T_target_source).rotation, 1e-9);
+  EXPECT_LT(result.score, 1e-20);
+}
+
+TEST(RegisterIcp, FindsTheTrueMotionBetweenDifferentSamples) {
+  const PointCloud target = bumpy_tunnel(60000, 1);
+  for (std::uint64_t stream = 0; stream < 3; ++stream) {
+    Random random(2, stream);
+    const Pose truth = random_pose(random, 3, 2);
+    const PointCloud source = transformed(truth.inverse(), bumpy_tunnel(30000, 2 + stream));
+    const RegistrationResult result = register_icp(target, source, near_identity * truth);
+    EXPECT_EQ(result.status, Status::converged);
+    // A fifth of the start error (0.27 m, 0.05 rad): where only relief holds the pose, along the
+    // tunnel, steps fall below 1e-4 before the end is reached.
+    EXPECT_LT(pose_error(truth, result.T_target_source).translation, 0.05);
+    EXPECT_LT(pose_error(truth, result.T_target_source).rotation, 0.01);
+    EXPECT_EQ(result.used_points, 3000u);
+    EXPECT_GT(result.covariance.determinant(), 0);
+  }
+}
+
+// Besl and McKay's theorem: it holds with exact neighbours and without rejection only.
+TEST(RegisterIcp, MeanSquaredDistanceNeverGrows) {
+  const PointCloud target = bumpy_tunnel(5000, 1), source = bumpy_tunnel(5000, 2);
+  double last = std::numeric_limits<double>::infinity();
+  for (int iterations = 1; iterations <= 30; ++iterations) {
+    const RegistrationResult result =
+        register_icp(target, source, near_identity,
+                     {.max_distance = 1000, .tree_error = 0, .max_iterations = iterations});
+    EXPECT_LE(result.score, last * (1 + 1e-12));  // rounding of a sum of 500
+    last = result.score;
+  }
+  EXPECT_LT(last, 0.05);
+}
+
+TEST(RegisterIcp, DecreasingLimitShedsTheFarPairs) {
+  PointCloud source = bumpy_tunnel(20000, 2);
+  for (std::size_t i = 0; i < source.points.size(); ++i)  // a tenth of the scene has moved on
+    if (std::abs(source.points[i].x()) < 1.2) source.points[i].y() += 0.4;
+  const auto error = [&](const IcpOptions& options) {
+    const RegistrationResult result =
+        register_icp(bumpy_tunnel(40000, 1), source, near_identity, options);
+    EXPECT_EQ(result.status, Status::converged);
+    return pose_error(Pose::Identity(), result.T_target_source).translation;
+  };
+  const double decreasing = error({.decrease_iterations = 30, .final_distance = 0.1});
+  EXPECT_LT(decreasing, 0.02);
+  EXPECT_LT(decreasing, error({}) / 2);
+}
+
+TEST(RegisterIcp, SaysThatScansDoNotOverlap) {
+  const Pose guess(Eigen::Translation3d(0, 500, 0));
+  const RegistrationResult result =
+      register_icp(bumpy_tunnel(5000, 1), bumpy_tunnel(5000, 2), guess);
+  EXPECT_EQ(result.status, Status::no_overlap);
+  EXPECT_TRUE(result.T_target_source.isApprox(guess, 0));
+}
+
+TEST(RegisterIcp, SaysThatALineDoesNotFixThePose) {
+  PointCloud line;
+  for (int i = 0; i < 200; ++i) line.points.push_back({0.1 * i, 0.05 * i, 1});
+  const RegistrationResult result = register_icp(line, line, near_identity);
+  EXPECT_EQ(result.status, Status::degenerate);
+  EXPECT_TRUE(result.T_target_source.isApprox(near_identity, 0));
+}
+
+TEST(RegisterIcp, StopsAtTheIterationLimit) {
+  const RegistrationResult result = register_icp(bumpy_tunnel(5000, 1), bumpy_tunnel(5000, 2),
+                                                 near_identity, {.max_iterations = 2});
+  EXPECT_EQ(result.status, Status::max_iterations);
+  EXPECT_EQ(result.iterations, 2);
+}
+
+}  // namespace
+}  // namespace minescan

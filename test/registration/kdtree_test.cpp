@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "registration/kdtree.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "clouds.h"
+
+namespace minescan {
+namespace {
+
+constexpr double everywhere = 1e9;
+
+std::vector<Eigen::Vector3d> queries() {
+  std::vector<Eigen::Vector3d> list;
+  Random random(9, 0);
+  for (int i = 0; i < 2000; ++i) list.push_back(6 * random_vector(random));  // many far outside
+  for (const Eigen::Vector3d& p : bumpy_tunnel(2000, 3).points)
+    list.push_back(p + 0.1 * random_vector(random));
+  return list;
+}
+
+double brute_force(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& q) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : points) best = std::min(best, (p - q).norm());
+  return best;
+}
+
+TEST(KdTree, FindsTheNearestPoint) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  for (const int leaf_size : {1, 10, 5000}) {
+    const KdTree tree(points, leaf_size);
+    for (const Eigen::Vector3d& q : queries()) {
+      const auto found = tree.nearest(q, everywhere);
+      ASSERT_TRUE(found);
+      const double distance = (points[found->index] - q).norm();
+      // Two ways to write one sum of squares: the last bits may differ.
+      EXPECT_NEAR(distance, brute_force(points, q), 1e-14 * distance);
+      EXPECT_NEAR(std::sqrt(found->squared_distance), distance, 1e-14 * distance);
+    }
+  }
+}
+
+// The promise of the paper's "no more than 1 cm from the true nearest neighbour".
+TEST(KdTree, IsNeverWorseThanTheErrorAllowed) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  const KdTree tree(points, 10);
+  for (const double error : {0.01, 0.2}) {
+    int inexact = 0;
+    for (const Eigen::Vector3d& q : queries()) {
+      const auto found = tree.nearest(q, everywhere, error);
+      ASSERT_TRUE(found);
+      const double excess = std::sqrt(found->squared_distance) - brute_force(points, q);
+      EXPECT_LE(excess, error);
+      inexact += excess > 1e-12;
+    }
+    EXPECT_GT(inexact, 0);  // else the option does nothing
+  }
+}
+
+TEST(KdTree, FindsAPointIfThereIsOneWithinTheLimit) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  const KdTree tree(points, 10);
+  int found = 0, missed = 0;
+  for (const Eigen::Vector3d& q : queries()) {
+    for (const double error : {0.0, 0.3}) {
+      const double limit = 0.4;
+      const bool expected = brute_force(points, q) < limit;
+      const auto neighbour = tree.nearest(q, limit, error);
+      ASSERT_EQ(neighbour.has_value(), expected);
+      if (neighbour) {
+        EXPECT_LT(neighbour->squared_distance, limit * limit);
+      }
+      (expected ? found : missed)++;
+    }
+  }
+  EXPECT_GT(found, 100);
+  EXPECT_GT(missed, 100);
+}
+
+TEST(KdTree, TakesEqualPointsAndSinglePoints) {
+  const KdTree same(std::vector(1000, Eigen::Vector3d(1, 2, 3)), 3);
+  EXPECT_EQ(same.nearest({1, 2, 3}, 1)->squared_distance, 0);
+  EXPECT_FALSE(same.nearest({1, 2, 5}, 1));
+  const KdTree one({{1, 2, 3}}, 10);
+  EXPECT_EQ(one.nearest({1, 2, 5}, 3)->index, 0u);
+}
+
+}  // namespace
+}  // namespace minescan

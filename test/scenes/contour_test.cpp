@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "scenes/contour.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "scenes/half_edge.h"
+#include "test/scenes/measure.h"
+
+namespace minescan {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Open inside a sphere about `centre`.
+ImplicitSurface sphere(const Eigen::Vector3d& centre, double radius) {
+  ImplicitSurface s;
+  s.at = [=](const Eigen::Vector3d& p) {
+    return ImplicitSurface::Sample{.value = (p - centre).norm() - radius};
+  };
+  s.range = [=](const Eigen::Vector3d& p, double r) {
+    const double d = (p - centre).norm() - radius;
+    return Interval{d - r, d + r};
+  };
+  s.bounds.extend(centre - Eigen::Vector3d::Constant(radius));
+  s.bounds.extend(centre + Eigen::Vector3d::Constant(radius));
+  s.area = 4 * pi * radius * radius;
+  s.materials = {{}};
+  return s;
+}
+
+/// Signs without any order, with rock around.
+ImplicitSurface random_signs(std::uint64_t seed, double size) {
+  ImplicitSurface s;
+  s.at = [=](const Eigen::Vector3d& p) {
+    if (p.minCoeff() < 0 || p.maxCoeff() > size) return ImplicitSurface::Sample{.value = 1};
+    const auto cell = [&](int axis) { return static_cast<std::uint64_t>(p[axis] * 64); };
+    Random random(seed, (cell(0) << 40) + (cell(1) << 20) + cell(2));
+    return ImplicitSurface::Sample{.value = random.uniform() - 0.5};
+  };
+  s.range = [](const Eigen::Vector3d&, double) { return Interval{-1, 1}; };
+  s.bounds.extend(Eigen::Vector3d::Zero().eval());
+  s.bounds.extend(Eigen::Vector3d::Constant(size).eval());
+  s.materials = {{}};
+  return s;
+}
+
+bool crossed(int open_corners, int edge) {
+  const CubeEdge ends = cube_edge_ends()[edge];
+  return (open_corners >> ends.from & 1) != (open_corners >> ends.to & 1);
+}
+
+Eigen::Vector3d middle(int edge) {
+  const auto corner = [](int c) { return Eigen::Vector3d(c & 1, c >> 1 & 1, c >> 2 & 1); };
+  const CubeEdge ends = cube_edge_ends()[edge];
+  return (corner(ends.from) + corner(ends.to)) / 2;
+}
+
+/// Whether the middles of two edges lie in one face of the cube.
+bool in_one_face(int a, int b) {
+  const Eigen::Vector3d p = middle(a), q = middle(b);
+  for (int axis = 0; axis < 3; ++axis)
+    if (p[axis] == q[axis] && p[axis] != 0.5) return true;
+  return false;
+}
+
+TEST(MarchingCases, UseAllCrossedEdgesAndNoOthers) {
+  for (int open = 0; open < 256; ++open) {
+    std::set<int> expected;
+    for (int e = 0; e < cube_edges; ++e)
+      if (crossed(open, e)) expected.insert(e);
+    std::set<int> used;
+    for (const auto& triangle : marching_cases()[open])
+      used.insert(triangle.begin(), triangle.end());
+    EXPECT_EQ(used, expected) << "case " << open;
+  }
+}
+
+// The two conditions under which cubes join to a closed 2-manifold: the border of a case lies in
+// the faces of the cube, and everything else inside.
+TEST(MarchingCases, HaveTheirBorderInFacesAndTheirDiagonalsInside) {
+  for (int open = 0; open < 256; ++open) {
+    std::map<std::pair<int, int>, int> sides;
+    for (const auto& t : marching_cases()[open])
+      for (int i = 0; i < 3; ++i) ++sides[{t[i], t[(i + 1) % 3]}];
+    for (const auto& [side, count] : sides) {
+      EXPECT_EQ(count, 1) << "case " << open;
+      const bool inside = sides.contains({side.second, side.first});
+      EXPECT_NE(inside, in_one_face(side.first, side.second)) << "case " << open;
+    }
+  }
+}
+
+TEST(MarchingCases, HaveNormalsThatPointToTheOpenCorner) {
+  for (int corner = 0; corner < cube_corners; ++corner) {
+    const auto& triangles = marching_cases()[1 << corner];
+    ASSERT_EQ(triangles.size(), 1U);
+    const Eigen::Vector3d a = middle(triangles[0][0]);
+    const Eigen::Vector3d normal = (middle(triangles[0][1]) - a).cross(middle(triangles[0][2]) - a);
+    const Eigen::Vector3d place(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    EXPECT_GT(normal.dot(place - a), 0) << "corner " << corner;
+  }
+}
+
+TEST(Contour, MakesClosedManifoldsOfAnySigns) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    // 40 points a side: all 256 cases, and three blocks a side.
+    const MeshCheck check = check_mesh(contour(random_signs(seed, 2.0), 0.05));
+    EXPECT_GT(check.triangles, 100000U);
+    EXPECT_EQ(check.boundary_edges, 0U);
+    EXPECT_EQ(check.refused_triangles, 0U);
+    EXPECT_EQ(check.non_manifold_vertices, 0U);
+    EXPECT_EQ(check.degenerate_triangles, 0U);
+    EXPECT_EQ(check.unused_vertices, 0U);
+  }
+}
+
+TEST(Contour, PutsVerticesOnTheSphere) {
+  const Eigen::Vector3d centre(0.3, -0.2, 0.7);
+  const double edge = 0.1;
+  const TriangleMesh mesh = contour(sphere(centre, 2), edge);
+  const MeshCheck check = check_mesh(mesh);
+  EXPECT_TRUE(check.valid());
+  EXPECT_EQ(check.components, 1U);
+  EXPECT_EQ(check.euler_characteristic, 2);
+  for (const Eigen::Vector3f& v : mesh.vertices)
+    // Linear interpolation of a distance with curvature 1 / R errs by edge^2 / (8 R); the margin at
+    // the ends of an edge by 1 % of it.
+    ASSERT_NEAR((v.cast<double>() - centre).norm(), 2, edge * edge / 16 + 0.01 * edge);
+}
+
+TEST(Contour, ConvergesToVolumeAndAreaOfTheSphere) {
+  const double radius = 2;
+  const double volume = 4.0 / 3 * pi * std::pow(radius, 3);
+  const double area = 4 * pi * radius * radius;
+  for (const double edge : {0.2, 0.1, 0.05}) {
+    const Measures m = measures(contour(sphere({0.3, -0.2, 0.7}, radius), edge));
+    // A chord of length c leaves a gap of c^2 / (8 R); no side of a triangle is longer than sqrt(3)
+    // edges. The gap times the area bounds the volume; its share of the radius, twice, the area.
+    const double gap = 3 * edge * edge / (8 * radius) + edge * edge / (8 * radius);
+    EXPECT_LT(m.volume, volume);
+    EXPECT_NEAR(m.volume, volume, gap * area) << "edge " << edge;
+    EXPECT_NEAR(m.area, area, 2 * gap / radius * area) << "edge " << edge;
+  }
+}
+
+TEST(Contour, GivesTheSameBytesForAnyNumberOfThreads) {
+  const ImplicitSurface surface = random_signs(7, 2.0);
+  TriangleMesh one;
+  {
+    const ThreadLimit limit(1);
+    one = contour(surface, 0.05);
+  }
+  const ThreadLimit limit(4);
+  EXPECT_TRUE(same_bytes(one, contour(surface, 0.05)));
+}
+
+// Whoever asks for ranges must not see more or fewer triangles than whoever looks everywhere.
+TEST(Contour, DoesNotDependOnHowNarrowRangesAre) {
+  ImplicitSurface surface = sphere({0, 0, 0}, 1);
+  const TriangleMesh narrow = contour(surface, 0.05);
+  surface.range = [](const Eigen::Vector3d&, double) { return Interval{-1, 1}; };
+  const TriangleMesh wide = contour(surface, 0.05);
+  EXPECT_TRUE(same_bytes(narrow, wide));
+}
+
+TEST(Contour, EstimatesItsMemory) {
+  const ImplicitSurface surface = sphere({0, 0, 0}, 3);
+  const TriangleMesh mesh = contour(surface, 0.05);
+  const double bytes = static_cast<double>(
+      mesh.vertices.size() * sizeof(Eigen::Vector3f) +
+      mesh.triangles.size() * (sizeof(std::array<std::uint32_t, 3>) + sizeof(std::uint8_t)));
+  // Twice the mesh: its pieces and the whole. A sphere has 1.5 vertices per square, a mine 1.25.
+  EXPECT_NEAR(contour_bytes(surface, 0.05) / (2 * bytes), 1.25 / 1.5, 0.1);
+}
+
+TEST(Contour, RefusesEdgesThatAreNoLengthsOrNeedTooMuchMemory) {
+  const ImplicitSurface surface = sphere({0, 0, 0}, 100);
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (const double edge : {0.0, -1.0, inf, std::nan("")})
+    EXPECT_THROW(contour(surface, edge), std::invalid_argument) << edge;
+  for (const double edge : {0.01, 1e-9, 1e-300}) {
+    try {
+      contour(surface, edge);
+      FAIL() << "expected an exception for edge length " << edge;
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find("GiB"), std::string::npos) << e.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace minescan
