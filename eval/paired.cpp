@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <stdexcept>
 
 namespace minescan {
@@ -37,32 +38,29 @@ SignedRanks signed_ranks(std::vector<double> differences) {
   return ranks;
 }
 
-// Probability that the (doubled) rank sum of randomly signed ranks is at most k, for each k.
-std::vector<double> rank_sum_cdf(const std::vector<std::size_t>& doubled) {
+// Probability that the sum of randomly chosen `ranks` is at most k, for each k.
+std::vector<double> rank_sum_cdf(const std::vector<std::size_t>& ranks) {
+  std::vector<double> probability(std::accumulate(ranks.begin(), ranks.end(), std::size_t{1}), 0.0);
+  probability[0] = 1;
   std::size_t total = 0;
-  std::vector<double> probability = {1.0};
-  for (const std::size_t rank : doubled) {
-    std::vector<double> next(total + rank + 1, 0.0);
-    for (std::size_t k = 0; k <= total; ++k) {
-      next[k] += probability[k] / 2;
-      next[k + rank] += probability[k] / 2;
-    }
-    probability = std::move(next);
+  for (const std::size_t rank : ranks) {
     total += rank;
+    for (std::size_t k = total + 1; k-- > 0;)
+      probability[k] = (probability[k] + (k >= rank ? probability[k - rank] : 0)) / 2;
   }
   for (std::size_t k = 1; k <= total; ++k) probability[k] += probability[k - 1];
   return probability;
 }
 
-// Mean and standard deviation of the doubled rank sum, which is a sum of independent terms
-// {0, rank}; ties are thereby accounted for.
+// Mean and standard deviation of the same, a sum of independent terms {0, rank}; ties are thereby
+// accounted for.
 struct Normal {
   double mean = 0;
   double sigma = 0;
 };
-Normal rank_sum_normal(const std::vector<std::size_t>& doubled) {
+Normal rank_sum_normal(const std::vector<std::size_t>& ranks) {
   double sum = 0, squares = 0;
-  for (const std::size_t rank : doubled) {
+  for (const std::size_t rank : ranks) {
     const double r = static_cast<double>(rank);
     sum += r;
     squares += r * r;
@@ -101,16 +99,16 @@ double walsh_average(const std::vector<double>& sorted, std::uint64_t rank) {
 // Largest k so that a rank sum below k has a probability of at most `risk`, without ties; 0 if
 // none.
 std::uint64_t interval_rank(std::size_t n, double risk) {
-  std::vector<std::size_t> doubled(n);
-  for (std::size_t i = 0; i < n; ++i) doubled[i] = 2 * (i + 1);
+  std::vector<std::size_t> ranks(n);
+  std::iota(ranks.begin(), ranks.end(), std::size_t{1});
   if (n > exact_limit) {
-    const Normal normal = rank_sum_normal(doubled);
-    const double k = (normal.mean + normal_quantile(risk) * normal.sigma) / 2;
+    const Normal normal = rank_sum_normal(ranks);
+    const double k = normal.mean + normal_quantile(risk) * normal.sigma;
     return k > 0 ? static_cast<std::uint64_t>(k) : 0;
   }
-  const std::vector<double> cdf = rank_sum_cdf(doubled);
+  const std::vector<double> cdf = rank_sum_cdf(ranks);
   std::uint64_t k = 0;
-  while (cdf[2 * k] <= risk) ++k;
+  while (cdf[k] <= risk) ++k;
   return k;
 }
 

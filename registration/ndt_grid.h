@@ -36,7 +36,7 @@ struct NdtGridOptions {
 
 template <class Visitor>
 void fields(NdtGridOptions& o, Visitor&& field) {
-  field("cell-size", o.cell_size, above_up_to(0, 1000), "m", "side of a cell");
+  field("cell-size", o.cell_size, between(0.001, 1000), "m", "side of a cell");
   field("min-cell-points", o.min_cell_points, between(4, 1e6), "", "points that a cell needs");
   field("eigenvalue-ratio", o.eigenvalue_ratio, between(1, 1e9), "",
         "largest ratio of the eigenvalues of a cell's covariance; small ones are raised to it");

@@ -10,21 +10,25 @@ namespace {
 // numbers that are slow to calculate with.
 constexpr double max_exponent = 120;
 
-// Four points are worked on at a time, one in each lane; a lane sums every fourth point and the four
-// sums are added at the end. Wider registers do the same operations on the same numbers, without
-// fused ones, so that all processors get the same bits: an add is an add.
+// Four points are worked on at a time, one in each lane: a lane sums every fourth point that meets
+// a cell, and the four sums are added at the end. Processors with wider registers run the same
+// additions and multiplications in fewer instructions and get the same bits, since none are fused.
 constexpr int lanes = 4;
 using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
 
+// Compiled twice, chosen when the program starts; the thread sanitizer can not be called that
+// early.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_THREAD__)
 #define MINESCAN_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define MINESCAN_WIDE
 #endif
+// What is called by such a function has to become part of it to be compiled twice as well.
+#define MINESCAN_INLINE __attribute__((always_inline))
 
 double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 
-/// Points that have met a cell, and their cells' numbers, until there are enough to go on with.
+/// Points with the cells that they have met, one per lane, until all lanes are filled.
 struct Batch {
   Lanes y[3] = {};  // R x: turned, not shifted
   Lanes x[3] = {};  // x' (paper, eq. 7)
@@ -33,8 +37,8 @@ struct Batch {
   int filled = 0;
 };
 
-/// x'^T C^-1 x' / 2 gives each lane's density, and v = C^-1 x' is left in `v`.
-inline __attribute__((always_inline)) void densities(const Batch& b, Lanes (&v)[3], Lanes& w) {
+/// v = C^-1 x' and w = exp(-x'^T v / 2) of each lane; w = 0 in lanes not filled.
+MINESCAN_INLINE inline void densities(const Batch& b, Lanes (&v)[3], Lanes& w) {
   v[0] = b.L[0] * b.x[0] + b.L[1] * b.x[1] + b.L[2] * b.x[2];
   v[1] = b.L[1] * b.x[0] + b.L[3] * b.x[1] + b.L[4] * b.x[2];
   v[2] = b.L[2] * b.x[0] + b.L[4] * b.x[1] + b.L[5] * b.x[2];
@@ -45,9 +49,9 @@ inline __attribute__((always_inline)) void densities(const Batch& b, Lanes (&v)[
 
 /// Calls visit(batch) for all points with a cell, in order, the last batch with the rest.
 template <class Visit>
-inline __attribute__((always_inline)) std::size_t for_each_batch(
-    const NdtGrid& grid, const Pose& T, const std::vector<Eigen::Vector3d>& points,
-    bool with_normals, Visit&& visit) {
+MINESCAN_INLINE inline std::size_t for_each_batch(const NdtGrid& grid, const Pose& T,
+                                                  const std::vector<Eigen::Vector3d>& points,
+                                                  bool with_normals, Visit&& visit) {
   const Eigen::Matrix3d R = T.linear();
   const double r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2);
   const double r10 = R(1, 0), r11 = R(1, 1), r12 = R(1, 2);
@@ -86,7 +90,7 @@ struct SymmetricSum {
   Lanes tw[9] = {};  // row i: y x (row i of A)
   Lanes ww[6] = {};
 
-  inline __attribute__((always_inline)) void add(const Lanes (&a)[6], const Lanes (&y)[3]) {
+  MINESCAN_INLINE inline void add(const Lanes (&a)[6], const Lanes (&y)[3]) {
     for (int i = 0; i < 6; ++i) tt[i] += a[i];
     // Rows of B = A (-[y]x): y crossed with each row of A.
     const Lanes b00 = y[1] * a[2] - y[2] * a[1], b01 = y[2] * a[0] - y[0] * a[2],
@@ -135,8 +139,8 @@ NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen
   Matrix6d S = Matrix6d::Zero();  // v^T times the second derivatives of x'
   S.bottomRightCorner<3, 3>() = (v * y.transpose() + y * v.transpose()) / 2;
   S.bottomRightCorner<3, 3>().diagonal().array() -= v.dot(y);
-  return {.value = -w,                                             // eq. 6, one term
-          .gradient = w * h,                                       // eq. 8
+  return {.value = -w,                                                     // eq. 6, one term
+          .gradient = w * h,                                               // eq. 8
           .hessian = w * (J.transpose() * L * J - h * h.transpose() + S),  // eq. 9
           .met = 1};
 }
@@ -147,27 +151,28 @@ NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
   Lanes value = {}, g[6] = {};
   SymmetricSum H;
   NdtScore score;
-  score.met = for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) {
-    Lanes v[3], w;
-    densities(b, v, w);
-    const Lanes(&y)[3] = b.y;
-    const Lanes wv[3] = {w * v[0], w * v[1], w * v[2]};
-    value -= w;
-    for (int i = 0; i < 3; ++i) g[i] += wv[i];
-    g[3] += y[1] * wv[2] - y[2] * wv[1];
-    g[4] += y[2] * wv[0] - y[0] * wv[2];
-    g[5] += y[0] * wv[1] - y[1] * wv[0];
-    // J^T C^-1 J - h h^T = J^T (C^-1 - v v^T) J, since h = J^T v.
-    H.add({w * b.L[0] - wv[0] * v[0], w * b.L[1] - wv[0] * v[1], w * b.L[2] - wv[0] * v[2],
-           w * b.L[3] - wv[1] * v[1], w * b.L[4] - wv[1] * v[2], w * b.L[5] - wv[2] * v[2]},
-          y);
-    // The second derivatives of x': (v y^T + y v^T) / 2 - (v.y) I.
-    const Lanes d[3] = {wv[0] * y[0], wv[1] * y[1], wv[2] * y[2]};
-    H.ww[0] -= d[1] + d[2], H.ww[3] -= d[0] + d[2], H.ww[5] -= d[0] + d[1];
-    H.ww[1] += (wv[0] * y[1] + wv[1] * y[0]) / 2;
-    H.ww[2] += (wv[0] * y[2] + wv[2] * y[0]) / 2;
-    H.ww[4] += (wv[1] * y[2] + wv[2] * y[1]) / 2;
-  });
+  score.met =
+      for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) MINESCAN_INLINE {
+        Lanes v[3], w;
+        densities(b, v, w);
+        const Lanes(&y)[3] = b.y;
+        const Lanes wv[3] = {w * v[0], w * v[1], w * v[2]};
+        value -= w;
+        for (int i = 0; i < 3; ++i) g[i] += wv[i];
+        g[3] += y[1] * wv[2] - y[2] * wv[1];
+        g[4] += y[2] * wv[0] - y[0] * wv[2];
+        g[5] += y[0] * wv[1] - y[1] * wv[0];
+        // J^T C^-1 J - h h^T = J^T (C^-1 - v v^T) J, since h = J^T v.
+        H.add({w * b.L[0] - wv[0] * v[0], w * b.L[1] - wv[0] * v[1], w * b.L[2] - wv[0] * v[2],
+               w * b.L[3] - wv[1] * v[1], w * b.L[4] - wv[1] * v[2], w * b.L[5] - wv[2] * v[2]},
+              y);
+        // The second derivatives of x': (v y^T + y v^T) / 2 - (v.y) I.
+        const Lanes d[3] = {wv[0] * y[0], wv[1] * y[1], wv[2] * y[2]};
+        H.ww[0] -= d[1] + d[2], H.ww[3] -= d[0] + d[2], H.ww[5] -= d[0] + d[1];
+        H.ww[1] += (wv[0] * y[1] + wv[1] * y[0]) / 2;
+        H.ww[2] += (wv[0] * y[2] + wv[2] * y[0]) / 2;
+        H.ww[4] += (wv[1] * y[2] + wv[2] * y[1]) / 2;
+      });
   score.value = sum(value);
   for (int i = 0; i < 6; ++i) score.gradient[i] = sum(g[i]);
   score.hessian = H.matrix();
@@ -178,7 +183,7 @@ MINESCAN_WIDE
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
                  const std::vector<Eigen::Vector3d>& points) {
   Lanes value = {};
-  for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) {
+  for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) MINESCAN_INLINE {
     Lanes v[3], w;
     densities(b, v, w);
     value -= w;
@@ -190,7 +195,7 @@ MINESCAN_WIDE
 NdtInformation ndt_information(const NdtGrid& grid, const Pose& T_target_source,
                                const std::vector<Eigen::Vector3d>& points) {
   SymmetricSum gauss_newton, surface;
-  for_each_batch(grid, T_target_source, points, true, [&](const Batch& b) {
+  for_each_batch(grid, T_target_source, points, true, [&](const Batch& b) MINESCAN_INLINE {
     Lanes v[3], w;
     densities(b, v, w);
     gauss_newton.add({w * b.L[0], w * b.L[1], w * b.L[2], w * b.L[3], w * b.L[4], w * b.L[5]}, b.y);

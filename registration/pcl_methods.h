@@ -28,7 +28,7 @@ struct PclNdtOptions {
 template <class Visitor>
 void fields(PclNdtOptions& o, Visitor&& field) {
   fields(o.sampling, field);
-  field("cell-size", o.cell_size, above_up_to(0, 1000), "m", "side of a cell");
+  field("cell-size", o.cell_size, between(0.001, 1000), "m", "side of a cell");
   field("min-cell-points", o.min_cell_points, between(3, 1e6), "", "points that a cell needs");
   field("step-size", o.step_size, above_up_to(0, 10), "",
         "longest step of a line search, m and rad");

@@ -105,8 +105,8 @@ std::vector<std::uint32_t> sample_spatial(const std::vector<Eigen::Vector3d>& po
 
 }  // namespace
 
-std::size_t sample_size(std::size_t count, double ratio) {
-  const auto wanted = static_cast<std::size_t>(std::llround(ratio * static_cast<double>(count)));
+std::size_t sample_size(std::size_t count, double part) {
+  const auto wanted = static_cast<std::size_t>(std::llround(part * static_cast<double>(count)));
   return std::min(count, std::max<std::size_t>(6, wanted));  // 6: as many as a pose has freedoms
 }
 

@@ -31,12 +31,12 @@ template <class Visitor>
 void fields(SamplingOptions& o, Visitor&& field) {
   field("sample-ratio", o.ratio, ratio, "", "part of the source points that is used");
   field("sampling", o.sampling, "how they are drawn: each alike, or evenly over space");
-  field("sample-cell", o.cell_size, above_up_to(0, 1000), "m", "spatial sampling: side of a cell");
+  field("sample-cell", o.cell_size, between(0.001, 1000), "m", "spatial sampling: side of a cell");
   field("sample-seed", o.seed, not_negative, "", "names the random choice");
 }
 
-/// How many of `count` points are drawn: round(ratio * count), at least 6 (or all, if fewer).
-std::size_t sample_size(std::size_t count, double ratio);
+/// How many of `count` points are drawn: round(part * count), at least 6 (or all, if fewer).
+std::size_t sample_size(std::size_t count, double part);
 
 /// Indices of sample_size(points.size(), ratio) distinct points, ascending.
 ///

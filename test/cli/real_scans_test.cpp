@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(RealPair{"room_pair", "room_scan1.pcd", "room_scan2.pcd",
                              "1.79387,0.720047,0,0,0,0.339654937,0.940550118", {}, {}},
                     RealPair{"kitti_pair", "target.ply", "source.ply", "0,0,0,0,0,0,1", {}, {}}),
-    [](const auto& info) { return info.param.folder; });
+    [](const auto& instance) { return instance.param.folder; });
 
 }  // namespace
 }  // namespace minescan

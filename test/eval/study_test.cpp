@@ -56,7 +56,7 @@ TEST(Studies, OfThePaperVaryOneStartErrorAlone) {
     EXPECT_EQ(trial.initial_translation, 0);
     EXPECT_EQ(trial.axes.at("initial-rotation"), trial.initial_rotation);
   }
-  EXPECT_EQ(trials(find_study("gate"), {pair}, methods(), 1).size(), 24u);
+  EXPECT_EQ(trials(find_study("gate"), {pair}, methods(), 1).size(), 60u);
 }
 
 TEST(Trials, AreAllCombinationsInAFixedOrder) {

@@ -14,8 +14,8 @@ const widths = [
 ];
 const otherWidth = 1000;  // anything else: as wide as an ideograph, to be on the safe side
 
-// The font that stands in where there is none of these, DejaVu Sans, is wider by 10 to 17 % (measured
-// on names of methods); with it text shall not overlap either.
+// The font that stands in where there is none of these, DejaVu Sans, is wider by 10 to 17 %
+// (assumed); with it text shall not overlap either.
 const margin = 1.17;
 
 /** Room for a line of text, in the unit of `fontSize`. */

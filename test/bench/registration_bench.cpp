@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// How fast registration is, on the scans of the paper's JUNCTION. Times of two programs are
+// compared within one run, in turn, with the errors that they end with beside: being fast at
+// another accuracy would mean nothing.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "core/random.h"
+#include "registration/icp.h"
+#include "registration/kdtree.h"
+#include "registration/methods.h"
+#include "registration/ndt.h"
+#include "registration/ndt_score.h"
+#include "scenes/scene.h"
+#include "sim/survey.h"
+
+namespace minescan {
+namespace {
+
+struct Pair {
+  PointCloud target = {};
+  PointCloud source = {};
+  Pose truth = Pose::Identity();
+};
+
+const Pair& junction() {
+  static const Pair pair = [] {
+    const Survey& survey = find_survey("junction");
+    const Scene scene = find_scene(survey.scene).make(survey.scene_settings, 1);
+    std::vector<Scan> scans = run_survey(survey, scene.mesh, 1);
+    Scan& target = scans.at(survey.pairs.at(0).target);
+    Scan& source = scans.at(survey.pairs.at(0).source);
+    return Pair{.target = std::move(target.cloud),
+                .source = std::move(source.cloud),
+                .truth = target.T_world_scanner.inverse() * source.T_world_scanner};
+  }();
+  return pair;
+}
+
+/// Start poses 1 m and 0.1 rad away (paper, section 5), in random directions.
+Pose start(std::uint64_t number) {
+  Random random(1, number);
+  const auto direction = [&] {
+    const double x = random.normal(), y = random.normal(), z = random.normal();
+    return Eigen::Vector3d(x, y, z).normalized();
+  };
+  const Eigen::Vector3d offset = direction(), axis = direction();
+  return displaced(junction().truth, offset, axis, 0.1);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What one method took and reached over the start poses.
+struct Tally {
+  std::vector<double> cpu = {}, translation = {}, rotation = {};
+  double align_per_step = 0;  // seconds per used point and iteration, of the last run
+
+  void run(const std::string& name, std::uint64_t number) {
+    const Pair& pair = junction();
+    const RegistrationResult result =
+        find_method(name).run(pair.target, pair.source, start(number), {});
+    const PoseError error = pose_error(pair.truth, result.T_target_source);
+    cpu.push_back(result.cpu);
+    translation.push_back(error.translation);
+    rotation.push_back(error.rotation);
+    align_per_step =
+        result.time.align / result.iterations / static_cast<double>(result.used_points);
+  }
+  void report(benchmark::State& state, const std::string& name) const {
+    state.counters[name + "_cpu_ms"] = 1e3 * median(cpu);
+    state.counters[name + "_error_mm"] = 1e3 * median(translation);
+    state.counters[name + "_error_mrad"] = 1e3 * median(rotation);
+  }
+};
+
+/// One registration with all its preparations, from another start pose each time.
+void registration(benchmark::State& state, const std::string& name) {
+  junction();
+  Tally tally;
+  std::uint64_t number = 0;
+  for (auto _ : state) tally.run(name, number++ % 16);
+  tally.report(state, name);
+  state.counters["ns_per_point_and_iteration"] = 1e9 * tally.align_per_step;
+  state.counters["registrations"] =
+      benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK_CAPTURE(registration, ndt, std::string("ndt"))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(registration, icp, std::string("icp"))->Unit(benchmark::kMillisecond);
+
+/// Ours and theirs in turn from the same start poses; `times_faster` is the ratio of the medians.
+void against(benchmark::State& state, const std::string& ours, const std::string& theirs) {
+  const auto known = [&](const Method& method) { return method.name == theirs; };
+  if (std::none_of(methods().begin(), methods().end(), known)) {
+    state.SkipWithError("built without MINESCAN_PCL");
+    return;
+  }
+  junction();
+  Tally our, their;
+  std::uint64_t number = 0;
+  for (auto _ : state) {
+    our.run(ours, number);
+    their.run(theirs, number++);
+  }
+  our.report(state, ours);
+  their.report(state, theirs);
+  state.counters["times_faster"] = median(their.cpu) / median(our.cpu);
+}
+BENCHMARK_CAPTURE(against, ndt_pcl, std::string("ndt"), std::string("pcl-ndt"))
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(8);
+BENCHMARK_CAPTURE(against, icp_pcl, std::string("icp"), std::string("pcl-icp"))
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(8);
+
+void ndt_grid(benchmark::State& state) {
+  const Pair& pair = junction();
+  std::size_t bytes = 0, cells = 1;
+  for (auto _ : state) {
+    const NdtGrid grid(pair.target.points, {});
+    bytes = grid.bytes();
+    cells = grid.cells().size();
+  }
+  state.counters["bytes_per_cell"] = static_cast<double>(bytes) / static_cast<double>(cells);
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<std::int64_t>(pair.target.points.size()));
+}
+BENCHMARK(ndt_grid)->Unit(benchmark::kMillisecond);
+
+void ndt_derivatives(benchmark::State& state) {
+  const Pair& pair = junction();
+  const NdtGrid grid(pair.target.points, {});
+  const std::vector<Eigen::Vector3d> points = sampled_points(pair.source.points, {});
+  for (auto _ : state) benchmark::DoNotOptimize(ndt_score(grid, pair.truth, points));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
+}
+BENCHMARK(ndt_derivatives)->Unit(benchmark::kMicrosecond);
+
+void kdtree_build(benchmark::State& state) {
+  const Pair& pair = junction();
+  for (auto _ : state) benchmark::DoNotOptimize(KdTree(pair.target.points, 10).bytes());
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<std::int64_t>(pair.target.points.size()));
+}
+BENCHMARK(kdtree_build)->Unit(benchmark::kMillisecond);
+
+void kdtree_nearest(benchmark::State& state) {
+  const Pair& pair = junction();
+  const KdTree tree(pair.target.points, 10);
+  const std::vector<Eigen::Vector3d> points = sampled_points(pair.source.points, {});
+  const double error = static_cast<double>(state.range(0)) / 1000;
+  for (auto _ : state)
+    for (const Eigen::Vector3d& p : points)
+      benchmark::DoNotOptimize(tree.nearest(pair.truth * p, 1, error));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
+}
+BENCHMARK(kdtree_nearest)->ArgName("error_mm")->Arg(0)->Arg(10)->Unit(benchmark::kMillisecond);
+
+void sampling(benchmark::State& state, Sampling kind) {
+  const Pair& pair = junction();
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sampled_points(pair.source.points, {.sampling = kind}).data());
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<std::int64_t>(pair.source.points.size()));
+}
+BENCHMARK_CAPTURE(sampling, uniform, Sampling::uniform)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(sampling, spatial, Sampling::spatial)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace minescan
