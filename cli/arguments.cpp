@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -25,6 +26,9 @@ void add_argument(CLI::App& app, const Argument& argument) {
   if (argument.required) option->required();
   if (flag) return;
   option->type_name(argument.value_name);
+  option->check([](const std::string& text) {
+    return text.empty() ? std::string("expected a value, found nothing") : std::string();
+  });
   // One value per --set, so that what follows it is not swallowed.
   if (std::holds_alternative<std::vector<std::string>*>(argument.value) &&
       argument.name.starts_with("--"))
@@ -47,6 +51,19 @@ int run(const Command& command, const Common& common) {
   std::optional<ThreadLimit> limit;
   if (common.threads > 0) limit.emplace(common.threads);
   return command.run(common);
+}
+
+// What is wrong with the command line. CLI11 says of an unknown command only that one is missing.
+std::string parse_message(const CLI::ParseError& error, int argc, const char* const* argv,
+                          const std::vector<Command>& commands) {
+  std::string what = error.what();
+  if (argc > 1 && argv[1][0] != '-') {
+    std::vector<std::string> known;
+    for (const Command& command : commands) known.push_back(command.name);
+    if (std::find(known.begin(), known.end(), argv[1]) == known.end())
+      what = unknown_name("command", argv[1], known);
+  }
+  return what + "; see minescan --help";
 }
 
 // One line, whatever it is.
@@ -80,7 +97,7 @@ int run_command_line(int argc, const char* const* argv, std::vector<Command> com
   } catch (const CLI::Success& success) {  // --help, --version
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return complain(fmt::format("{}; see minescan --help", error.what()), exit_usage);
+    return complain(parse_message(error, argc, argv, commands), exit_usage);
   }
   try {
     for (const Command& command : commands)

@@ -120,7 +120,7 @@ double range_sigma(const Scanner& scanner, double range, double reflectance, dou
 ///
 /// The beam goes where jitter, index error and wobble turn it, and true_range, incidence and
 /// true_normal belong to that beam. The measured point is the measured range along the nominal
-/// beam, for that is all an instrument knows.
+/// beam, for that is all an instrument knows, rounded to single precision as in files.
 ///
 /// throws  std::invalid_argument for a scanner that `check` refuses or a pose that is not finite
 /// cost    1.2 to 1.5 times the time of bare Embree for scans of the paper's size; 82 bytes per

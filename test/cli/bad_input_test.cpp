@@ -32,7 +32,7 @@ TEST(BadInput, OfNames) {
   const ScratchFolder folder;
   for (const Case& c : std::vector<Case>{
            {{}, 2, "subcommand"},
-           {{"dig"}, 2, "dig"},
+           {{"dig"}, 2, "unknown command 'dig'; known: list, "},
            {{"scene", "cave", "--out", "a.ply"}, 2, "unknown scene 'cave'; known: "},
            {{"scene", "junction", "--out", "a.txt"}, 2, ".stl"},
            {{"scene", "junction"}, 2, "--out is required"},
