@@ -50,16 +50,14 @@ ProgramResult run_minescan(const std::vector<std::string>& arguments, const fs::
 }
 
 bool run_and_kill(const std::vector<std::string>& arguments, const fs::path& folder,
-                  const std::string& file, std::uintmax_t bytes) {
+                  const std::function<bool()>& now) {
   const ScratchFolder talk;
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork failed");
   if (child == 0) become_minescan(arguments, folder, talk / "out", talk / "err");
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(folder / file, error);
-    if (!error && size > bytes) {
+    if (now()) {
       kill(child, SIGKILL);
       waitpid(child, &status, 0);
       break;

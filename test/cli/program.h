@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,10 +19,9 @@ struct ProgramResult {
 ProgramResult run_minescan(const std::vector<std::string>& arguments,
                            const std::filesystem::path& folder);
 
-/// Starts it and kills it with SIGKILL as soon as `file` in `folder` has more than `bytes` bytes, or
-/// when it ends by itself; returns whether it was killed.
+/// Starts it and kills it with SIGKILL as soon as `now` says so; returns whether it came to that.
 bool run_and_kill(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                  const std::string& file, std::uintmax_t bytes);
+                  const std::function<bool()>& now);
 
 /// An empty folder, removed at the end of its life.
 class ScratchFolder {
