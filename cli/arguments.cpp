@@ -82,8 +82,9 @@ int run_command_line(int argc, const char* const* argv, std::vector<Command> com
                "minescan");
   app.require_subcommand(1);
   app.set_version_flag("--version", fmt::format("minescan {}", version()));
-  app.footer("Exit codes: 0 done, 1 it could not be done, 2 the command or a configuration is wrong,\n"
-             "3 check found a regression, 4 check cannot tell.");
+  app.footer(
+      "Exit codes: 0 done, 1 it could not be done, 2 the command or a configuration is wrong,\n"
+      "3 check found a regression, 4 check cannot tell.");
   Common common;
   for (int i = 0; i < argc; ++i) common.command_line += fmt::format("{}{}", i ? " " : "", argv[i]);
   for (const Command& command : commands) {

@@ -36,16 +36,19 @@ int run_self_test(const CheckOptions& options, std::uint64_t seed) {
 
 int exit_code_of(Verdict verdict) {
   switch (verdict) {
-    case Verdict::ok: return exit_done;
-    case Verdict::regression: return exit_regression;
-    case Verdict::cannot_tell: return exit_cannot_tell;
+    case Verdict::ok:
+      return exit_done;
+    case Verdict::regression:
+      return exit_regression;
+    case Verdict::cannot_tell:
+      return exit_cannot_tell;
   }
   throw std::logic_error("check: not a verdict");
 }
 
 int run(const State& state, const Common& common) {
-  const CheckOptions options = with_settings(
-      CheckOptions{}, resolve(set_entries(common), fields_of(CheckOptions{})));
+  const CheckOptions options =
+      with_settings(CheckOptions{}, resolve(set_entries(common), fields_of(CheckOptions{})));
   if (state.self_test) return run_self_test(options, common.seed.value_or(1));
   if (state.results.empty() || state.baseline.empty())
     throw std::invalid_argument("check: expected RESULTS and --baseline, or --self-test");
@@ -69,27 +72,28 @@ int run(const State& state, const Common& common) {
 
 Command check_command() {
   const auto state = std::make_shared<State>();
-  return {.name = "check",
-          .summary = "did registration get worse? Answers with statistics and an exit code",
-          .examples = "  minescan check gate.db --baseline baseline.json\n"
-                      "  minescan check gate.db --baseline baseline.json --limits limits.yaml \\\n"
-                      "    --junit check.xml --markdown check.md\n"
-                      "  minescan check gate.db --baseline baseline.json --set ratio-margin=1.5\n"
-                      "  minescan check --self-test\n"
-                      "Settings:\n" + fields_help(fields_of(CheckOptions{})),
-          .arguments = {{"RESULTS", "FILE.db", "what minescan sweep wrote", false, &state->results},
-                        {"--baseline", "FILE", "what minescan baseline wrote", false,
-                         &state->baseline},
-                        {"--limits", "FILE.yaml", "what must hold whatever the baseline says", false,
-                         &state->limits},
-                        {"--junit", "FILE", "write the result as JUnit XML", false, &state->junit},
-                        {"--markdown", "FILE", "write the result as Markdown", false,
-                         &state->markdown},
-                        {"--json", "FILE", "write the result as JSON", false, &state->json},
-                        {"--self-test", "",
-                         "measure how often the check is wrong, on simulated results", false,
-                         &state->self_test}},
-          .run = [state](const Common& common) { return run(*state, common); }};
+  return {
+      .name = "check",
+      .summary = "did registration get worse? Answers with statistics and an exit code",
+      .examples =
+          "  minescan check gate.db --baseline baseline.json\n"
+          "  minescan check gate.db --baseline baseline.json --limits limits.yaml \\\n"
+          "    --junit check.xml --markdown check.md\n"
+          "  minescan check gate.db --baseline baseline.json --set ratio-margin=1.5\n"
+          "  minescan check --self-test\n"
+          "Settings:\n" +
+          fields_help(fields_of(CheckOptions{})),
+      .arguments = {{"RESULTS", "FILE.db", "what minescan sweep wrote", false, &state->results},
+                    {"--baseline", "FILE", "what minescan baseline wrote", false, &state->baseline},
+                    {"--limits", "FILE.yaml", "what must hold whatever the baseline says", false,
+                     &state->limits},
+                    {"--junit", "FILE", "write the result as JUnit XML", false, &state->junit},
+                    {"--markdown", "FILE", "write the result as Markdown", false, &state->markdown},
+                    {"--json", "FILE", "write the result as JSON", false, &state->json},
+                    {"--self-test", "",
+                     "measure how often the check is wrong, on simulated results", false,
+                     &state->self_test}},
+      .run = [state](const Common& common) { return run(*state, common); }};
 }
 
 }  // namespace minescan

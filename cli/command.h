@@ -24,7 +24,7 @@ struct Common {
 
 /// One argument of one command and where its value goes.
 struct Argument {
-  std::string name = {};  // "TARGET" for a positional one, "--out" for an option
+  std::string name = {};        // "TARGET" for a positional one, "--out" for an option
   std::string value_name = {};  // "FILE"; empty for a flag
   std::string help = {};
   bool required = false;

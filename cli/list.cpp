@@ -40,7 +40,8 @@ const Listing listings[] = {
     {"scenes",
      [] {
        std::vector<Item> items;
-       for (const SceneKind& row : scenes()) items.push_back({row.name, row.description, row.fields});
+       for (const SceneKind& row : scenes())
+         items.push_back({row.name, row.description, row.fields});
        return items;
      }},
     {"scanners",
@@ -59,8 +60,7 @@ const Listing listings[] = {
     {"methods",
      [] {
        std::vector<Item> items;
-       for (const Method& row : methods())
-         items.push_back({row.name, row.description, row.fields});
+       for (const Method& row : methods()) items.push_back({row.name, row.description, row.fields});
        return items;
      }},
     {"metrics",
@@ -103,8 +103,10 @@ int run_list(const std::string& what, bool as_json) {
     known.push_back(listing.name);
     if (!what.empty() && what != listing.name) continue;
     found = true;
-    if (as_json) json[listing.name] = nlohmann::ordered_json::array();
-    else fmt::print("{}\n", listing.name);
+    if (as_json)
+      json[listing.name] = nlohmann::ordered_json::array();
+    else
+      fmt::print("{}\n", listing.name);
     for (const Item& item : listing.items()) {
       if (as_json) {
         json[listing.name].push_back(json_of(item));
@@ -128,13 +130,14 @@ Command list_command() {
     bool json = false;
   };
   const auto state = std::make_shared<State>();
-  return {.name = "list",
-          .summary = "show what can be chosen by name, with every option",
-          .examples = "  minescan list\n  minescan list methods\n  minescan list scenes --json\n",
-          .arguments = {{"WHAT", "", "scenes, scanners, surveys, methods, metrics, studies or formats",
-                         false, &state->what},
-                        {"--json", "", "as JSON", false, &state->json}},
-          .run = [state](const Common&) { return run_list(state->what, state->json); }};
+  return {
+      .name = "list",
+      .summary = "show what can be chosen by name, with every option",
+      .examples = "  minescan list\n  minescan list methods\n  minescan list scenes --json\n",
+      .arguments = {{"WHAT", "", "scenes, scanners, surveys, methods, metrics, studies or formats",
+                     false, &state->what},
+                    {"--json", "", "as JSON", false, &state->json}},
+      .run = [state](const Common&) { return run_list(state->what, state->json); }};
 }
 
 }  // namespace minescan

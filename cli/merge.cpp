@@ -18,9 +18,10 @@ Command merge_command() {
   const auto state = std::make_shared<State>();
   return {.name = "merge",
           .summary = "join result tables, as of the shards of a sweep",
-          .examples = "  minescan sweep fig16 --shard 1/2 --out a.db\n"
-                      "  minescan sweep fig16 --shard 2/2 --out b.db\n"
-                      "  minescan merge all.db a.db b.db\n",
+          .examples =
+              "  minescan sweep fig16 --shard 1/2 --out a.db\n"
+              "  minescan sweep fig16 --shard 2/2 --out b.db\n"
+              "  minescan merge all.db a.db b.db\n",
           .arguments = {{"OUT", "FILE.db", "the table to write or add to", true, &state->out},
                         {"IN", "FILE.db", "tables to read", true, &state->in}},
           .run = [state](const Common&) -> int {

@@ -61,17 +61,17 @@ int run(const State& state, const Common& common) {
 
 Command paper_command() {
   const auto state = std::make_shared<State>();
-  return {.name = "paper",
-          .summary = "the main job: data sets, experiments and report of the paper",
-          .examples = "  minescan paper --quick --out paper\n"
-                      "  minescan paper --out paper --svg --seed 2\n",
-          .arguments = {{"--out", "DIR", "the folder to write; a stopped run goes on in it", true,
-                         &state->out},
-                        {"--quick", "", "25 start poses per point instead of 100", false,
-                         &state->quick},
-                        {"--svg", "", "write every figure as a file too (needs Node.js)", false,
-                         &state->svg}},
-          .run = [state](const Common& common) { return run(*state, common); }};
+  return {
+      .name = "paper",
+      .summary = "the main job: data sets, experiments and report of the paper",
+      .examples =
+          "  minescan paper --quick --out paper\n"
+          "  minescan paper --out paper --svg --seed 2\n",
+      .arguments =
+          {{"--out", "DIR", "the folder to write; a stopped run goes on in it", true, &state->out},
+           {"--quick", "", "25 start poses per point instead of 100", false, &state->quick},
+           {"--svg", "", "write every figure as a file too (needs Node.js)", false, &state->svg}},
+      .run = [state](const Common& common) { return run(*state, common); }};
 }
 
 }  // namespace minescan

@@ -20,16 +20,17 @@ Progress::~Progress() {
 
 void Progress::update(std::size_t done) {
   const Clock::time_point now = Clock::now();
-  if (!shown_ || (done < total_ && done > 0 && now - drawn_ < std::chrono::milliseconds(100))) return;
+  if (!shown_ || (done < total_ && done > 0 && now - drawn_ < std::chrono::milliseconds(100)))
+    return;
   drawn_ = now;
   constexpr std::size_t width = 30;
-  const double part = total_ == 0 ? 1 : static_cast<double>(std::min(done, total_)) /
-                                            static_cast<double>(total_);
+  const double part =
+      total_ == 0 ? 1 : static_cast<double>(std::min(done, total_)) / static_cast<double>(total_);
   const std::size_t filled = static_cast<std::size_t>(part * width);
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const std::string left =
-      part > 0 && part < 1 ? fmt::format("{:.0f} s left", elapsed * (1 - part) / part)
-                           : fmt::format("{:.1f} s", elapsed);
+  const std::string left = part > 0 && part < 1
+                               ? fmt::format("{:.0f} s left", elapsed * (1 - part) / part)
+                               : fmt::format("{:.1f} s", elapsed);
   // \033[K clears what a longer line left behind.
   fmt::print(stderr, "\r{:<24} [{:#<{}}{:.<{}}] {}/{}  {}\033[K", label_, "", filled, "",
              width - filled, done, total_, left);

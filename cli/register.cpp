@@ -41,20 +41,21 @@ nlohmann::ordered_json matrix_json(const Matrix& matrix) {
 
 std::string result_json(const std::string& method, const RegistrationResult& result,
                         const std::optional<PoseError>& error) {
-  nlohmann::ordered_json json = {
-      {"method", method},
-      {"status", value_text(result.status)},
-      {"T_target_source", matrix_json(result.T_target_source.matrix())},
-      {"iterations", result.iterations},
-      {"score", result.score},
-      {"target_points", result.target_points},
-      {"source_points", result.source_points},
-      {"used_points", result.used_points},
-      {"time_s",
-       {{"target", result.time.target}, {"source", result.time.source}, {"align", result.time.align}}},
-      {"cpu_s", result.cpu},
-      {"target_bytes", result.target_bytes},
-      {"covariance", matrix_json(result.covariance)}};
+  nlohmann::ordered_json json = {{"method", method},
+                                 {"status", value_text(result.status)},
+                                 {"T_target_source", matrix_json(result.T_target_source.matrix())},
+                                 {"iterations", result.iterations},
+                                 {"score", result.score},
+                                 {"target_points", result.target_points},
+                                 {"source_points", result.source_points},
+                                 {"used_points", result.used_points},
+                                 {"time_s",
+                                  {{"target", result.time.target},
+                                   {"source", result.time.source},
+                                   {"align", result.time.align}}},
+                                 {"cpu_s", result.cpu},
+                                 {"target_bytes", result.target_bytes},
+                                 {"covariance", matrix_json(result.covariance)}};
   if (error) {
     json["translation_error_m"] = error->translation;
     json["rotation_error_rad"] = error->rotation;
@@ -126,29 +127,30 @@ int run(const State& state, const Common& common) {
 
 Command register_command() {
   const auto state = std::make_shared<State>();
-  return {.name = "register",
-          .summary = "find the pose of one scan in another",
-          .examples =
-              "  minescan register data/scans/0000.ply data/scans/0001.ply --method icp\n"
-              "  minescan register a.pcd b.pcd --guess 1.8,0.7,0,0,0,0.34,0.94 --json -\n"
-              "  minescan register a.ply b.ply --guess guess.txt --truth truth.txt --out moved.ply\n"
-              "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n",
-          .arguments =
-              {{"TARGET", "FILE", "the scan that stays: .ply .pcd .xyz", false, &state->target},
-               {"SOURCE", "FILE", "the scan that is moved", false, &state->source},
-               {"--method", "NAME", "see minescan list methods; default ndt", false, &state->method},
-               {"--guess", "POSE",
-                "start pose, source to target: a file with a 4 x 4 matrix, or tx,ty,tz,qx,qy,qz,qw; "
-                "default the identity",
-                false, &state->guess},
-               {"--truth", "POSE", "the exact pose: its distance from the result is told", false,
-                &state->truth},
-               {"--json", "FILE", "write the result as JSON; - for standard output", false,
-                &state->json},
-               {"--out", "FILE", "write the source moved into the target's frame", false, &state->out},
-               {"--print-config", "", "write the method's resolved options instead", false,
-                &state->print_config}},
-          .run = [state](const Common& common) { return run(*state, common); }};
+  return {
+      .name = "register",
+      .summary = "find the pose of one scan in another",
+      .examples =
+          "  minescan register data/scans/0000.ply data/scans/0001.ply --method icp\n"
+          "  minescan register a.pcd b.pcd --guess 1.8,0.7,0,0,0,0.34,0.94 --json -\n"
+          "  minescan register a.ply b.ply --guess guess.txt --truth truth.txt --out moved.ply\n"
+          "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n",
+      .arguments =
+          {{"TARGET", "FILE", "the scan that stays: .ply .pcd .xyz", false, &state->target},
+           {"SOURCE", "FILE", "the scan that is moved", false, &state->source},
+           {"--method", "NAME", "see minescan list methods; default ndt", false, &state->method},
+           {"--guess", "POSE",
+            "start pose, source to target: a file with a 4 x 4 matrix, or tx,ty,tz,qx,qy,qz,qw; "
+            "default the identity",
+            false, &state->guess},
+           {"--truth", "POSE", "the exact pose: its distance from the result is told", false,
+            &state->truth},
+           {"--json", "FILE", "write the result as JSON; - for standard output", false,
+            &state->json},
+           {"--out", "FILE", "write the source moved into the target's frame", false, &state->out},
+           {"--print-config", "", "write the method's resolved options instead", false,
+            &state->print_config}},
+      .run = [state](const Common& common) { return run(*state, common); }};
 }
 
 }  // namespace minescan

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "reports/report.h"
+
 #include <fmt/format.h>
 
 #include <memory>
@@ -8,7 +10,6 @@
 #include "cli/command.h"
 #include "cli/report_files.h"
 #include "core/output_file.h"
-#include "reports/report.h"
 
 namespace minescan {
 
@@ -41,8 +42,9 @@ Command report_command() {
   const auto state = std::make_shared<State>();
   return {.name = "report",
           .summary = "draw result tables as one page that works offline",
-          .examples = "  minescan report results.db --out report\n"
-                      "  minescan report fig16.db fig17.db --out report --svg\n",
+          .examples =
+              "  minescan report results.db --out report\n"
+              "  minescan report fig16.db fig17.db --out report --svg\n",
           .arguments = {{"RESULTS", "FILE.db", "what minescan sweep wrote", true, &state->results},
                         {"--out", "DIR", "the folder to write index.html into", true, &state->out},
                         {"--svg", "", "write every figure as a file too (needs Node.js)", false,

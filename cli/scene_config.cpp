@@ -86,16 +86,17 @@ std::string station_prefix(std::size_t k) { return fmt::format("stations.{}.", k
 // Every key of a survey's configuration with the values of `survey` as defaults.
 std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed) {
   std::vector<Field> list;
-  list.push_back(text_field("survey", "a name in `minescan list surveys`", "the survey to start from",
-                            survey.name, same));
-  append(list, fields_of(SurveyNumbers{seed, survey.odometry_translation, survey.odometry_rotation}));
+  list.push_back(text_field("survey", "a name in `minescan list surveys`",
+                            "the survey to start from", survey.name, same));
+  append(list,
+         fields_of(SurveyNumbers{seed, survey.odometry_translation, survey.odometry_rotation}));
   list.push_back(text_field("pairs", "target-source, ...",
                             "which scans are registered, by the numbers of their stations",
                             pairs_text(survey.pairs), canonical_pairs));
-  list.push_back(text_field("scene.name", "a name in `minescan list scenes`", "the mine",
-                            survey.scene, same));
-  append(list, prefixed("scene.", with_defaults(find_scene(survey.scene).fields,
-                                                survey.scene_settings)));
+  list.push_back(
+      text_field("scene.name", "a name in `minescan list scenes`", "the mine", survey.scene, same));
+  append(list,
+         prefixed("scene.", with_defaults(find_scene(survey.scene).fields, survey.scene_settings)));
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const Station& station = survey.stations[k];
     const std::string prefix = station_prefix(k);
@@ -178,8 +179,8 @@ SceneConfig load_scene_config(const std::string& text, const Config& changes,
 
 std::string scene_config_yaml(const SceneConfig& scene) {
   std::vector<Field> list;
-  list.push_back(
-      text_field("scene", "a name in `minescan list scenes`", "the kind of mine", scene.name, same));
+  list.push_back(text_field("scene", "a name in `minescan list scenes`", "the kind of mine",
+                            scene.name, same));
   list.push_back(fields_of(SurveyNumbers{scene.seed, 0, 0}).front());
   append(list, find_scene(scene.name).fields);
   return config_yaml(list, scene.settings);
@@ -192,13 +193,15 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
   result.seed = take_seed(config, seed);
   const std::string base = is_config_file(text) ? take(config, "survey", "") : text;
   if (base.empty())
-    throw std::invalid_argument(text + ": expected a key 'survey' that names the one to start from");
+    throw std::invalid_argument(text +
+                                ": expected a key 'survey' that names the one to start from");
   Survey& survey = result.survey;
   survey = find_survey(base);
 
   // Which fields there are depends on the names of the scene and the scanners, so these come first;
   // a part of another kind does not inherit the settings of the one it replaces.
-  if (const std::string scene = said(config, "scene.name"); !scene.empty() && scene != survey.scene) {
+  if (const std::string scene = said(config, "scene.name");
+      !scene.empty() && scene != survey.scene) {
     survey.scene = find_scene(scene).name;
     survey.scene_settings.clear();
   }
@@ -248,8 +251,7 @@ std::string survey_identity(const SurveyConfig& config) {
   std::string text = config.survey.name;
   for (const Field& field : survey_fields(config.survey, config.seed)) {
     const Field* row = find_field(usual, field.name);
-    if (!row || row->value != field.value)
-      text += fmt::format(" {}={}", field.name, field.value);
+    if (!row || row->value != field.value) text += fmt::format(" {}={}", field.name, field.value);
   }
   return text;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From what the user named (a row of a table or a YAML file, and --set) to a complete configuration.
+// From what the user named (a row of a table or a YAML file, and --set) to a complete
+// configuration.
 #pragma once
 
 #include <cstdint>
@@ -49,8 +50,8 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
                                 const std::optional<std::uint64_t>& seed);
 std::string survey_config_yaml(const SurveyConfig& config);
 
-/// What decides the survey's points: its name and every value that differs from its row with seed 1.
-/// New options leave the identity of old configurations as it was.
+/// What decides the survey's points: its name and every value that differs from its row with
+/// seed 1. New options leave the identity of old configurations as it was.
 std::string survey_identity(const SurveyConfig& config);
 
 }  // namespace minescan

@@ -13,40 +13,40 @@ Command survey_command() {
     bool print_config = false, force = false;
   };
   const auto state = std::make_shared<State>();
-  return {.name = "survey",
-          .summary = "scan a mine and write a data set with exact truth",
-          .examples = "  minescan survey junction --out data\n"
-                      "  minescan survey tunnel --set scene.edge-length=0.1 --seed 7 --out data\n"
-                      "  minescan survey junction --print-config > mine.yaml\n"
-                      "  minescan survey mine.yaml --out data --force\n",
-          .arguments = {{"SURVEY", "NAME|FILE.yaml", "see minescan list surveys", true,
-                         &state->survey},
-                        {"--out", "DIR", "the folder to write", false, &state->out},
-                        {"--force", "", "replace the folder of another survey", false,
-                         &state->force},
-                        {"--print-config", "", "write the resolved YAML instead", false,
-                         &state->print_config}},
-          .run = [state](const Common& common) -> int {
-            const SurveyConfig config = 
-                load_survey_config(state->survey, set_entries(common), common.seed);
-            if (state->print_config) {
-              fmt::print("{}", survey_config_yaml(config));
-              return exit_done;
-            }
-            if (state->out.empty()) throw std::invalid_argument("survey: --out is required");
-            // Asked before the work, and again when it is written.
-            if (!state->force && std::filesystem::exists(state->out))
-              throw std::runtime_error(state->out + ": exists already; --force replaces it");
-            const SurveyData data = make_survey(config, common.quiet);
-            write_survey(state->out, config, data, state->force);
-            for (std::size_t k = 0; k < data.scans.size(); ++k)
-              fmt::print("{}: {} points of {} beams\n", scan_file(k).string(),
-                         data.scans[k].cloud.points.size(), data.scans[k].beams);
-            for (const DataSetPair& pair : data.pairs)
-              fmt::print("pair {} <- {}: overlap {:.0f} %\n", pair.target, pair.source,
-                         100 * pair.overlap);
-            return exit_done;
-          }};
+  return {
+      .name = "survey",
+      .summary = "scan a mine and write a data set with exact truth",
+      .examples =
+          "  minescan survey junction --out data\n"
+          "  minescan survey tunnel --set scene.edge-length=0.1 --seed 7 --out data\n"
+          "  minescan survey junction --print-config > mine.yaml\n"
+          "  minescan survey mine.yaml --out data --force\n",
+      .arguments = {{"SURVEY", "NAME|FILE.yaml", "see minescan list surveys", true, &state->survey},
+                    {"--out", "DIR", "the folder to write", false, &state->out},
+                    {"--force", "", "replace the folder of another survey", false, &state->force},
+                    {"--print-config", "", "write the resolved YAML instead", false,
+                     &state->print_config}},
+      .run = [state](const Common& common) -> int {
+        const SurveyConfig config =
+            load_survey_config(state->survey, set_entries(common), common.seed);
+        if (state->print_config) {
+          fmt::print("{}", survey_config_yaml(config));
+          return exit_done;
+        }
+        if (state->out.empty()) throw std::invalid_argument("survey: --out is required");
+        // Asked before the work, and again when it is written.
+        if (!state->force && std::filesystem::exists(state->out))
+          throw std::runtime_error(state->out + ": exists already; --force replaces it");
+        const SurveyData data = make_survey(config, common.quiet);
+        write_survey(state->out, config, data, state->force);
+        for (std::size_t k = 0; k < data.scans.size(); ++k)
+          fmt::print("{}: {} points of {} beams\n", scan_file(k).string(),
+                     data.scans[k].cloud.points.size(), data.scans[k].beams);
+        for (const DataSetPair& pair : data.pairs)
+          fmt::print("pair {} <- {}: overlap {:.0f} %\n", pair.target, pair.source,
+                     100 * pair.overlap);
+        return exit_done;
+      }};
 }
 
 }  // namespace minescan

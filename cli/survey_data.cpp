@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 // on (assumed); only the order of the trajectories' lines depends on it.
 constexpr double scan_interval = 60;
 
-// A source point counts as seen by the target if a target point is this near, in metres: a few times
-// the distance between neighbouring beams at 20 m (assumed).
+// A source point counts as seen by the target if a target point is this near, in metres: a few
+// times the distance between neighbouring beams at 20 m (assumed).
 constexpr double overlap_distance = 0.5;
 
 double overlap(const KdTree& target, const PointCloud& source, const Pose& T_target_source) {
@@ -34,11 +34,13 @@ double overlap(const KdTree& target, const PointCloud& source, const Pose& T_tar
   std::vector<std::size_t> near((source.points.size() + grain - 1) / grain, 0);
   parallel_for(source.points.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      if (target.nearest(T_target_source * source.points[i], overlap_distance)) ++near[begin / grain];
+      if (target.nearest(T_target_source * source.points[i], overlap_distance))
+        ++near[begin / grain];
   });
   std::size_t count = 0;
   for (const std::size_t n : near) count += n;
-  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, source.points.size()));
+  return static_cast<double>(count) /
+         static_cast<double>(std::max<std::size_t>(1, source.points.size()));
 }
 
 // The believed poses: each step errs by a normal amount in its own frame.
@@ -74,12 +76,13 @@ std::vector<ScanPair> read_pairs(const fs::path& folder) {
     const fs::path target = folder / scan_file(listed[k].target);
     const fs::path source = folder / scan_file(listed[k].source);
     const std::string name = fs::absolute(folder).lexically_normal().filename().string();
-    pairs.push_back({.name = fmt::format("{}/{}", name, k),
-                     .origin = fmt::format("{} {} {}", text_hash(read_file(target)),
-                                           text_hash(read_file(source)), pose_text(listed[k].truth)),
-                     .target = read_cloud(target).cloud,
-                     .source = read_cloud(source).cloud,
-                     .T_target_source = listed[k].truth});
+    pairs.push_back(
+        {.name = fmt::format("{}/{}", name, k),
+         .origin = fmt::format("{} {} {}", text_hash(read_file(target)),
+                               text_hash(read_file(source)), pose_text(listed[k].truth)),
+         .target = read_cloud(target).cloud,
+         .source = read_cloud(source).cloud,
+         .T_target_source = listed[k].truth});
   }
   return pairs;
 }
@@ -102,8 +105,8 @@ SurveyData make_survey(const SurveyConfig& config, bool quiet) {
   }
   for (std::size_t k = 0; k < data.scans.size(); ++k)
     if (data.scans[k].cloud.points.empty())
-      throw std::runtime_error(fmt::format("station {}: no beam of {} came back", k,
-                                           survey.stations[k].scanner));
+      throw std::runtime_error(
+          fmt::format("station {}: no beam of {} came back", k, survey.stations[k].scanner));
   data.odometry = odometry_of(survey, config.seed);
   for (const StationPair& pair : survey.pairs) {
     const Scan& target = data.scans[pair.target];
@@ -122,7 +125,8 @@ SurveyData make_survey(const SurveyConfig& config, bool quiet) {
 void write_survey(const fs::path& folder, const SurveyConfig& config, const SurveyData& data,
                   bool replace) {
   if (replace && fs::exists(folder) && !is_survey_folder(folder) && !fs::is_empty(folder))
-    throw std::runtime_error(folder.string() + ": is not the folder of a survey; it stays as it is");
+    throw std::runtime_error(folder.string() +
+                             ": is not the folder of a survey; it stays as it is");
   OutputFolder output(folder, replace);
   const fs::path& path = output.temporary_path();
   fs::create_directory(path / "scans");

@@ -23,13 +23,13 @@ struct SurveyData {
 /// Builds the mine and scans it. Shows progress.
 SurveyData make_survey(const SurveyConfig& config, bool quiet);
 
-/// Writes the folder of formats/data_set.h. `replace` allows to replace the folder of another survey
-/// (and nothing else); a folder that exists is refused otherwise.
+/// Writes the folder of formats/data_set.h. `replace` allows to replace the folder of another
+/// survey (and nothing else); a folder that exists is refused otherwise.
 void write_survey(const std::filesystem::path& folder, const SurveyConfig& config,
                   const SurveyData& data, bool replace);
 
-/// The pairs of a survey for registration, with their points: called by the survey, with "/k" behind
-/// where it has several.
+/// The pairs of a survey for registration, with their points: called by the survey, with "/k"
+/// behind where it has several.
 std::vector<ScanPair> scan_pairs(const SurveyConfig& config, const SurveyData& data);
 
 /// The same for any survey: `text` is a survey's name, a YAML file, or a folder that

@@ -54,8 +54,8 @@ void check_output(const std::filesystem::path& out) {
   }
   const std::filesystem::path folder = std::filesystem::absolute(out).parent_path();
   if (!std::filesystem::is_directory(folder))
-    throw std::runtime_error(fmt::format("{}: the folder {} does not exist", out.string(),
-                                         folder.string()));
+    throw std::runtime_error(
+        fmt::format("{}: the folder {} does not exist", out.string(), folder.string()));
 }
 
 // How many trials, and how long: one trial of each method and axis value is run to know.
@@ -75,10 +75,12 @@ void print_plan(const StudyConfig& config, const SweepOptions& options, bool qui
     run_trial(trial, *pair);
     ++probes;
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  fmt::print("{} trials, about {:.0f} s on {} threads\n", count,
-             seconds / static_cast<double>(probes) * static_cast<double>(count) / available_threads(),
-             available_threads());
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  fmt::print(
+      "{} trials, about {:.0f} s on {} threads\n", count,
+      seconds / static_cast<double>(probes) * static_cast<double>(count) / available_threads(),
+      available_threads());
 }
 
 }  // namespace

@@ -53,17 +53,18 @@ struct Scan {
   Pose T_world_scanner = Pose::Identity();  // exact
   PointCloud cloud = {};                    // measured, scanner frame
 
-  std::vector<float> intensity = {};              // received amplitude, 1 = white plate at 1 m
-  std::vector<double> time = {};                  // seconds since the start of the scan
-  std::vector<std::uint32_t> ring = {};           // index of the beam in its plane
-  std::vector<std::uint32_t> column = {};         // index of the plane
-  std::vector<double> range = {};                 // metres, as measured
-  std::vector<double> true_range = {};            // metres, along the beam as it really pointed
-  std::vector<float> incidence = {};              // radians between beam and surface normal
-  std::vector<Eigen::Vector3f> true_normal = {};  // of the triangle, scanner frame, towards the scanner
-  std::vector<std::uint32_t> triangle = {};       // index into the scene's triangles
-  std::vector<std::uint8_t> material = {};        // index into the scene's materials
-  std::vector<std::uint8_t> flags = {};           // of ScanFlag
+  std::vector<float> intensity = {};       // received amplitude, 1 = white plate at 1 m
+  std::vector<double> time = {};           // seconds since the start of the scan
+  std::vector<std::uint32_t> ring = {};    // index of the beam in its plane
+  std::vector<std::uint32_t> column = {};  // index of the plane
+  std::vector<double> range = {};          // metres, as measured
+  std::vector<double> true_range = {};     // metres, along the beam as it really pointed
+  std::vector<float> incidence = {};       // radians between beam and surface normal
+  std::vector<Eigen::Vector3f> true_normal =
+      {};                                    // of the triangle, scanner frame, towards the scanner
+  std::vector<std::uint32_t> triangle = {};  // index into the scene's triangles
+  std::vector<std::uint8_t> material = {};   // index into the scene's materials
+  std::vector<std::uint8_t> flags = {};      // of ScanFlag
 
   std::uint64_t beams = 0;  // fired, with or without return
 };

@@ -39,11 +39,15 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     if (!seen.insert(key).second)
       throw std::invalid_argument(fmt::format("{}: key '{}' is there twice", where, key));
     switch (item.second.Type()) {
-      case YAML::NodeType::Map: flatten(item.second, key + ".", name, config); break;
+      case YAML::NodeType::Map:
+        flatten(item.second, key + ".", name, config);
+        break;
       case YAML::NodeType::Sequence:
         config.push_back({key, sequence_text(item.second, name), where});
         break;
-      case YAML::NodeType::Scalar: config.push_back({key, item.second.Scalar(), where}); break;
+      case YAML::NodeType::Scalar:
+        config.push_back({key, item.second.Scalar(), where});
+        break;
       default:
         throw std::invalid_argument(fmt::format("{}: key '{}' has no value", where, key));
     }
@@ -57,7 +61,8 @@ Config parse_config(const std::string& yaml, const std::string& name) {
   try {
     root = YAML::Load(yaml);
   } catch (const YAML::Exception& error) {
-    throw std::invalid_argument(fmt::format("{}: not YAML: {}", place(name, error.mark), error.msg));
+    throw std::invalid_argument(
+        fmt::format("{}: not YAML: {}", place(name, error.mark), error.msg));
   }
   if (!root.IsMap())
     throw std::invalid_argument(fmt::format("{}: expected 'key: value' lines", name));
@@ -82,8 +87,8 @@ ConfigEntry parse_assignment(std::string_view text, const std::string& option) {
   const std::size_t equals = text.find('=');
   if (equals == std::string_view::npos || equals == 0)
     throw std::invalid_argument(fmt::format("{}: expected key=value, found '{}'", option, text));
-  return {std::string(trimmed(text.substr(0, equals))), std::string(trimmed(text.substr(equals + 1))),
-          option};
+  return {std::string(trimmed(text.substr(0, equals))),
+          std::string(trimmed(text.substr(equals + 1))), option};
 }
 
 std::string take(Config& config, std::string_view key, const std::string& fallback) {
@@ -130,7 +135,8 @@ std::string config_yaml(const std::vector<Field>& known, const Settings& setting
     for (; open.size() < path.size(); open.push_back(path[open.size()]))
       out << YAML::Key << path[open.size()] << YAML::Value << YAML::BeginMap;
     const auto found = settings.find(field.name);
-    out << YAML::Key << leaf << YAML::Value << (found == settings.end() ? field.value : found->second)
+    out << YAML::Key << leaf << YAML::Value
+        << (found == settings.end() ? field.value : found->second)
         << YAML::Comment(fmt::format("{}{}{}; {}", field.help, field.unit.empty() ? "" : ", ",
                                      field.unit, field.expected));
   }

@@ -11,7 +11,8 @@
 // that list. Members may be double, int, std::uint64_t (all with a Range and a unit), bool,
 // std::string, std::vector<double>, std::vector<std::string>, and enums whose names are given by
 //
-//   constexpr auto names_of(Sampling) { return std::to_array<std::string_view>({"uniform", "spatial"}); }
+//   constexpr auto names_of(Sampling) { return std::to_array<std::string_view>({"uniform",
+//   "spatial"}); }
 //
 // in the order of the enumerators 0, 1, 2, ... Options nest: fields(o.sampling, field).
 #pragma once
@@ -69,7 +70,9 @@ bool read_bool(std::string_view text);
 [[noreturn]] void throw_expected(const std::string& expected, std::string_view found);
 
 template <class T>
-concept NamedEnum = std::is_enum_v<T> && requires(T value) { names_of(value); };
+concept NamedEnum = std::is_enum_v<T> && requires(T value) {
+  names_of(value);
+};
 
 inline std::string value_text(double v) { return number_text(v); }
 inline std::string value_text(int v) { return std::to_string(v); }
@@ -179,8 +182,8 @@ void read_named(std::string_view name, std::string_view text, const std::functio
 template <class Options>
 Options with_settings(Options options, const Settings& settings) {
   check_names(settings, fields_of(options));
-  fields(options, FieldVisitor{[&]<class T>(const char* name, T& v, const Range& range,
-                                            const char*, const char*) {
+  fields(options, FieldVisitor{[&]<class T>(const char* name, T& v, const Range& range, const char*,
+                                            const char*) {
            const auto found = settings.find(name);
            if (found != settings.end())
              read_named(name, found->second, [&] { read_value(found->second, range, v); });

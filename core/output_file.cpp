@@ -62,7 +62,8 @@ void OutputFile::commit() {
   if (!synced) fail(final_path_, "cannot be put on the disk");
   std::error_code error;
   std::filesystem::rename(temporary_path_, final_path_, error);
-  if (error) throw std::runtime_error(final_path_.string() + ": cannot be written: " + error.message());
+  if (error)
+    throw std::runtime_error(final_path_.string() + ": cannot be written: " + error.message());
   temporary_path_.clear();
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Files and folders that appear whole or not at all: written under a temporary name beside the final
-// one and renamed at the end. A killed program or a full disk leaves nothing half-written under the
-// final name.
+// Files and folders that appear whole or not at all: written under a temporary name beside the
+// final one and renamed at the end. A killed program or a full disk leaves nothing half-written
+// under the final name.
 #pragma once
 
 #include <filesystem>

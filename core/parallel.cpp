@@ -25,9 +25,8 @@ struct ThreadLimit::Impl {
 
 ThreadLimit::ThreadLimit(int threads) {
   if (threads < 1) throw std::invalid_argument("expected at least 1 thread");
-  impl_ = std::make_unique<Impl>(
-      Impl{tbb::global_control(tbb::global_control::max_allowed_parallelism,
-                               static_cast<std::size_t>(threads))});
+  impl_ = std::make_unique<Impl>(Impl{tbb::global_control(
+      tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads))});
 }
 ThreadLimit::~ThreadLimit() = default;
 

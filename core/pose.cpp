@@ -33,8 +33,7 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 }
 
 Pose normalized(const Pose& pose) {
-  return Eigen::Translation3d(pose.translation()) *
-         Eigen::Quaterniond(pose.linear()).normalized();
+  return Eigen::Translation3d(pose.translation()) * Eigen::Quaterniond(pose.linear()).normalized();
 }
 
 std::string pose_text(const Pose& pose) {
@@ -75,8 +74,10 @@ Pose pose_from_matrix(const std::vector<double>& row_major) {
   const double residual =
       (linear.transpose() * linear - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(residual <= 1e-3 && linear.determinant() > 0))
-    throw std::invalid_argument("expected a rotation in the upper left 3 x 3 of the matrix; R^T R "
-                                "differs from the identity by " + number_text(residual));
+    throw std::invalid_argument(
+        "expected a rotation in the upper left 3 x 3 of the matrix; R^T R "
+        "differs from the identity by " +
+        number_text(residual));
   return Eigen::Translation3d(translation) * Eigen::Quaterniond(linear).normalized();
 }
 

@@ -20,7 +20,8 @@ struct PoseError {
 };
 
 /// How far `estimate` is from `truth`: both map the same source to the same target. The translation
-/// is the distance between the two positions of the source origin (the scanner) in the target frame.
+/// is the distance between the two positions of the source origin (the scanner) in the target
+/// frame.
 PoseError pose_error(const Pose& truth, const Pose& estimate);
 
 /// The pose `offset` metres and `angle` radians away from `truth`, so that
@@ -44,8 +45,9 @@ Pose normalized(const Pose& pose);
 /// back to the same doubles.
 std::string pose_text(const Pose& pose);
 
-/// The inverse of pose_text. Throws std::invalid_argument unless there are 7 finite numbers of which
-/// the last 4 have length 1 within 1e-3 (files with four digits are met); they are normalised.
+/// The inverse of pose_text. Throws std::invalid_argument unless there are 7 finite numbers of
+/// which the last 4 have length 1 within 1e-3 (files with four digits are met); they are
+/// normalised.
 Pose parse_pose(std::string_view text);
 
 /// The pose of 16 row-major numbers (or 12, the last row left out). Throws std::invalid_argument if

@@ -31,7 +31,8 @@ std::string join(const std::vector<std::string>& parts, std::string_view separat
 /// Text without the blanks at both ends.
 std::string_view trimmed(std::string_view text);
 
-/// 64 bits that depend on every byte (FNV-1a, then mixed), as 16 hexadecimal digits: names for rows.
+/// 64 bits that depend on every byte (FNV-1a, then mixed), as 16 hexadecimal digits: names for
+/// rows.
 std::string text_hash(std::string_view text);
 
 /// What one says of an unknown name: "unknown method 'nd'; known: icp, ndt".

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "eval/metrics.h"
 
-#include <stdexcept>
-
-#include "core/text.h"
+#include "core/table.h"
 
 namespace minescan {
 
@@ -30,13 +28,6 @@ const std::vector<Metric>& metrics() {
   return table;
 }
 
-const Metric& find_metric(const std::string& name) {
-  std::vector<std::string> known;
-  for (const Metric& metric : metrics()) {
-    if (metric.name == name) return metric;
-    known.push_back(metric.name);
-  }
-  throw std::invalid_argument(unknown_name("metric", name, known));
-}
+const Metric& find_metric(const std::string& name) { return find_row(metrics(), "metric", name); }
 
 }  // namespace minescan

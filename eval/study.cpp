@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/table.h"
 #include "core/text.h"
 
 namespace minescan {
@@ -19,16 +20,10 @@ std::vector<const Method*> methods_of(const Study& study, const std::vector<Meth
   std::vector<const Method*> found;
   std::set<std::string> seen;
   for (const std::string& name : study.methods) {
-    const auto method = std::find_if(methods.begin(), methods.end(),
-                                     [&](const Method& m) { return m.name == name; });
-    if (method == methods.end()) {
-      std::vector<std::string> known;
-      for (const Method& m : methods) known.push_back(m.name);
-      throw std::invalid_argument(unknown_name("method", name, known));
-    }
+    const Method& method = find_row(methods, "method", name);
     if (!seen.insert(name).second)
       throw std::invalid_argument(fmt::format("method '{}' is there twice", name));
-    found.push_back(&*method);
+    found.push_back(&method);
   }
   if (found.empty()) throw std::invalid_argument("a study needs at least one method");
   return found;
@@ -159,14 +154,7 @@ const std::vector<Study>& studies() {
   return table;
 }
 
-const Study& find_study(const std::string& name) {
-  std::vector<std::string> known;
-  for (const Study& study : studies()) {
-    if (study.name == name) return study;
-    known.push_back(study.name);
-  }
-  throw std::invalid_argument(unknown_name("study", name, known));
-}
+const Study& find_study(const std::string& name) { return find_row(studies(), "study", name); }
 
 void check_study(const Study& study, const std::vector<Method>& methods) {
   if (study.name.empty()) throw std::invalid_argument("a study needs a name");

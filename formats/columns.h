@@ -9,8 +9,8 @@
 
 namespace minescan {
 
-/// The first `count` numbers of `line`, separated by blanks or commas; nan and inf are numbers here.
-/// Fails through `lines` (with file and line) if there are fewer or one is none.
+/// The first `count` numbers of `line`, separated by blanks or commas; nan and inf are numbers
+/// here. Fails through `lines` (with file and line) if there are fewer or one is none.
 void read_columns(std::string_view line, std::size_t count, std::vector<double>& values,
                   const LineReader& lines);
 

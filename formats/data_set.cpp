@@ -28,9 +28,12 @@ void put(std::string& bytes, T value) {
 }
 
 constexpr Column columns[] = {
-    {"float", "x", [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].x())); }},
-    {"float", "y", [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].y())); }},
-    {"float", "z", [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].z())); }},
+    {"float", "x",
+     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].x())); }},
+    {"float", "y",
+     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].y())); }},
+    {"float", "z",
+     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].z())); }},
     {"float", "intensity", [](auto& b, auto& s, auto i) { put(b, s.intensity[i]); }},
     {"double", "time", [](auto& b, auto& s, auto i) { put(b, s.time[i]); }},
     {"uint", "ring", [](auto& b, auto& s, auto i) { put(b, s.ring[i]); }},

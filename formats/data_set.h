@@ -30,8 +30,8 @@ struct DataSetPair {
 std::filesystem::path scan_file(std::size_t index);
 
 /// A scan as binary PLY. Per vertex: x y z (float, m, scanner frame), intensity (float), time
-/// (double, s), ring, column (uint), true_range, range (double, m), incidence (float, rad), nx ny nz
-/// (float, true normal, scanner frame), triangle (uint), material, flags (uchar).
+/// (double, s), ring, column (uint), true_range, range (double, m), incidence (float, rad), nx ny
+/// nz (float, true normal, scanner frame), triangle (uint), material, flags (uchar).
 std::string print_scan(const Scan& scan);
 
 /// Lines "time tx ty tz qx qy qz qw" in the form of the TUM RGB-D benchmark, 17 significant digits.

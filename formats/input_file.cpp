@@ -37,31 +37,45 @@ void LineReader::fail(const std::string& what) const {
 std::size_t size_of(NumberType type) {
   switch (type) {
     case NumberType::int8:
-    case NumberType::uint8: return 1;
+    case NumberType::uint8:
+      return 1;
     case NumberType::int16:
-    case NumberType::uint16: return 2;
+    case NumberType::uint16:
+      return 2;
     case NumberType::int32:
     case NumberType::uint32:
-    case NumberType::float32: return 4;
+    case NumberType::float32:
+      return 4;
     case NumberType::int64:
     case NumberType::uint64:
-    case NumberType::float64: return 8;
+    case NumberType::float64:
+      return 8;
   }
   throw std::invalid_argument("size_of: not a number type");
 }
 
 double load_number(const char* bytes, NumberType type, bool swap) {
   switch (type) {
-    case NumberType::int8: return load<std::int8_t>(bytes, swap);
-    case NumberType::uint8: return load<std::uint8_t>(bytes, swap);
-    case NumberType::int16: return load<std::int16_t>(bytes, swap);
-    case NumberType::uint16: return load<std::uint16_t>(bytes, swap);
-    case NumberType::int32: return load<std::int32_t>(bytes, swap);
-    case NumberType::uint32: return load<std::uint32_t>(bytes, swap);
-    case NumberType::int64: return static_cast<double>(load<std::int64_t>(bytes, swap));
-    case NumberType::uint64: return static_cast<double>(load<std::uint64_t>(bytes, swap));
-    case NumberType::float32: return load<float>(bytes, swap);
-    case NumberType::float64: return load<double>(bytes, swap);
+    case NumberType::int8:
+      return load<std::int8_t>(bytes, swap);
+    case NumberType::uint8:
+      return load<std::uint8_t>(bytes, swap);
+    case NumberType::int16:
+      return load<std::int16_t>(bytes, swap);
+    case NumberType::uint16:
+      return load<std::uint16_t>(bytes, swap);
+    case NumberType::int32:
+      return load<std::int32_t>(bytes, swap);
+    case NumberType::uint32:
+      return load<std::uint32_t>(bytes, swap);
+    case NumberType::int64:
+      return static_cast<double>(load<std::int64_t>(bytes, swap));
+    case NumberType::uint64:
+      return static_cast<double>(load<std::uint64_t>(bytes, swap));
+    case NumberType::float32:
+      return load<float>(bytes, swap);
+    case NumberType::float64:
+      return load<double>(bytes, swap);
   }
   throw std::invalid_argument("load_number: not a number type");
 }

@@ -44,7 +44,18 @@ T load(const char* bytes, bool swap) {
 }
 
 /// Kinds of numbers in binary files.
-enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+enum class NumberType {
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64
+};
 
 std::size_t size_of(NumberType type);
 

@@ -53,16 +53,22 @@ Header parse_header(LineReader& lines) {
     if (words.empty() || words[0].starts_with('#')) continue;
     const std::string key = words[0];
     words.erase(words.begin());
-    if (key == "FIELDS" || key == "COLUMNS") header.fields = words;
-    else if (key == "SIZE") header.sizes = words;
-    else if (key == "TYPE") header.types = words;
-    else if (key == "COUNT") header.counts = words;
-    else if (key == "POINTS" && words.size() == 1) header.points = parse_count(words[0], lines);
+    if (key == "FIELDS" || key == "COLUMNS")
+      header.fields = words;
+    else if (key == "SIZE")
+      header.sizes = words;
+    else if (key == "TYPE")
+      header.types = words;
+    else if (key == "COUNT")
+      header.counts = words;
+    else if (key == "POINTS" && words.size() == 1)
+      header.points = parse_count(words[0], lines);
     else if (key == "DATA" && words.size() == 1) {
       header.data = words[0];
       return header;
     } else if (key != "VERSION" && key != "WIDTH" && key != "HEIGHT" && key != "VIEWPOINT")
-      lines.fail(fmt::format("expected a header line of a PCD file, found '{}'", key.substr(0, 40)));
+      lines.fail(
+          fmt::format("expected a header line of a PCD file, found '{}'", key.substr(0, 40)));
   }
   lines.fail("the header has no DATA line");
 }
@@ -70,11 +76,10 @@ Header parse_header(LineReader& lines) {
 NumberType number_type(const std::string& type, const std::string& size, const LineReader& lines) {
   using enum NumberType;
   static const std::map<std::string, NumberType> types = {
-      {"I1", int8},  {"U1", uint8},  {"I2", int16}, {"U2", uint16},  {"I4", int32},
+      {"I1", int8},   {"U1", uint8}, {"I2", int16},  {"U2", uint16},  {"I4", int32},
       {"U4", uint32}, {"I8", int64}, {"U8", uint64}, {"F4", float32}, {"F8", float64}};
   const auto found = types.find(type + size);
-  if (found == types.end())
-    lines.fail(fmt::format("unknown TYPE {} with SIZE {}", type, size));
+  if (found == types.end()) lines.fail(fmt::format("unknown TYPE {} with SIZE {}", type, size));
   return found->second;
 }
 
@@ -87,8 +92,8 @@ Layout layout_of(const Header& header, const LineReader& lines) {
   for (std::size_t f = 0; f < n; ++f) {
     const NumberType type = number_type(header.types[f], header.sizes[f], lines);
     const std::size_t count = header.counts.empty() ? 1 : parse_count(header.counts[f], lines);
-    if (count > 1'000'000) lines.fail(fmt::format("COUNT {} of field {} is out of range", count,
-                                                  header.fields[f]));
+    if (count > 1'000'000)
+      lines.fail(fmt::format("COUNT {} of field {} is out of range", count, header.fields[f]));
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (header.fields[f] == std::string_view("xyz").substr(axis, 1) && count == 1)
         layout.axes[axis] = {type, layout.columns, layout.stride};
@@ -140,10 +145,11 @@ std::vector<Eigen::Vector3d> parse_pcd(std::string_view bytes, const std::string
                                            name, packed_size, data.size()));
     // LZF packs at most about 264 : 1; more is rubbish that must not be allocated.
     if (size > 300 * packed_size + 1024)
-      throw std::runtime_error(fmt::format("{}: {} bytes cannot unpack to {}", name, packed_size, size));
+      throw std::runtime_error(
+          fmt::format("{}: {} bytes cannot unpack to {}", name, packed_size, size));
     unpacked.resize(size);
-    if (size != 0 && lzf_decompress(data.data(), static_cast<unsigned>(packed_size), unpacked.data(),
-                                    static_cast<unsigned>(size)) != size)
+    if (size != 0 && lzf_decompress(data.data(), static_cast<unsigned>(packed_size),
+                                    unpacked.data(), static_cast<unsigned>(size)) != size)
       throw std::runtime_error(name + ": the compressed points are damaged");
     data = unpacked;
   } else if (header.data != "binary") {

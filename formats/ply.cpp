@@ -35,10 +35,10 @@ struct Header {
 std::optional<NumberType> number_type(std::string_view word) {
   using enum NumberType;
   static const std::vector<std::pair<std::string_view, NumberType>> types = {
-      {"char", int8},    {"uchar", uint8},   {"short", int16},    {"ushort", uint16},
-      {"int", int32},    {"uint", uint32},   {"float", float32},  {"double", float64},
-      {"int8", int8},    {"uint8", uint8},   {"int16", int16},    {"uint16", uint16},
-      {"int32", int32},  {"uint32", uint32}, {"float32", float32}, {"float64", float64}};
+      {"char", int8},   {"uchar", uint8},   {"short", int16},     {"ushort", uint16},
+      {"int", int32},   {"uint", uint32},   {"float", float32},   {"double", float64},
+      {"int8", int8},   {"uint8", uint8},   {"int16", int16},     {"uint16", uint16},
+      {"int32", int32}, {"uint32", uint32}, {"float32", float32}, {"float64", float64}};
   for (const auto& [name, type] : types)
     if (name == word) return type;
   return std::nullopt;
@@ -124,8 +124,9 @@ std::vector<Eigen::Vector3d> parse_ply(std::string_view bytes, const std::string
       std::string_view line;
       for (std::size_t i = 0; i < element.count; ++i) {
         if (!lines.next(line))
-          throw std::runtime_error(fmt::format("{}: expected {} elements {}, the file ends after {}",
-                                               name, element.count, element.name, i));
+          throw std::runtime_error(
+              fmt::format("{}: expected {} elements {}, the file ends after {}", name,
+                          element.count, element.name, i));
         if (!vertex) continue;
         read_columns(line, element.properties.size(), values, lines);
         points.emplace_back(values[index[0]], values[index[1]], values[index[2]]);
@@ -133,9 +134,9 @@ std::vector<Eigen::Vector3d> parse_ply(std::string_view bytes, const std::string
     } else {
       // Divided, not multiplied: a count of 1e18 must not overflow.
       if (stride != 0 && element.count > (bytes.size() - at) / stride)
-        throw std::runtime_error(fmt::format(
-            "{}: expected {} elements {} of {} bytes, the file ends after {}", name, element.count,
-            element.name, stride, (bytes.size() - at) / stride));
+        throw std::runtime_error(
+            fmt::format("{}: expected {} elements {} of {} bytes, the file ends after {}", name,
+                        element.count, element.name, stride, (bytes.size() - at) / stride));
       if (vertex) points.resize(element.count);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const char* row = bytes.data() + at + i * stride;

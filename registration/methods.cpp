@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "registration/methods.h"
 
-#include <stdexcept>
 #include <utility>
 
+#include "core/table.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
 #ifdef MINESCAN_PCL
@@ -42,13 +42,6 @@ const std::vector<Method>& methods() {
   return table;
 }
 
-const Method& find_method(const std::string& name) {
-  std::vector<std::string> known;
-  for (const Method& method : methods()) {
-    if (method.name == name) return method;
-    known.push_back(method.name);
-  }
-  throw std::invalid_argument(unknown_name("method", name, known));
-}
+const Method& find_method(const std::string& name) { return find_row(methods(), "method", name); }
 
 }  // namespace minescan

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <stdexcept>
-
-#include "core/text.h"
+#include "core/table.h"
 #include "scenes/box.h"
 #include "scenes/junction.h"
 #include "scenes/scene.h"
@@ -32,13 +30,6 @@ const std::vector<SceneKind>& scenes() {
   return list;
 }
 
-const SceneKind& find_scene(const std::string& name) {
-  std::vector<std::string> known;
-  for (const SceneKind& kind : scenes()) {
-    if (kind.name == name) return kind;
-    known.push_back(kind.name);
-  }
-  throw std::invalid_argument(unknown_name("scene", name, known));
-}
+const SceneKind& find_scene(const std::string& name) { return find_row(scenes(), "scene", name); }
 
 }  // namespace minescan

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The tables: scanners and surveys known by name.
-#include <algorithm>
-#include <stdexcept>
-
-#include "core/text.h"
+#include "core/table.h"
 #include "sim/scanner.h"
 #include "sim/survey.h"
 
@@ -92,28 +89,20 @@ std::vector<Survey> make_surveys() {
   };
 }
 
-template <class Row>
-const Row& find(const std::vector<Row>& rows, const char* what, const std::string& name) {
-  const auto found =
-      std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });
-  if (found != rows.end()) return *found;
-  std::vector<std::string> known;
-  for (const Row& row : rows) known.push_back(row.name);
-  throw std::invalid_argument(unknown_name(what, name, known));
-}
-
 }  // namespace
 
 const std::vector<Scanner>& scanners() {
   static const std::vector<Scanner> rows = make_scanners();
   return rows;
 }
-const Scanner& find_scanner(const std::string& name) { return find(scanners(), "scanner", name); }
+const Scanner& find_scanner(const std::string& name) {
+  return find_row(scanners(), "scanner", name);
+}
 
 const std::vector<Survey>& surveys() {
   static const std::vector<Survey> rows = make_surveys();
   return rows;
 }
-const Survey& find_survey(const std::string& name) { return find(surveys(), "survey", name); }
+const Survey& find_survey(const std::string& name) { return find_row(surveys(), "survey", name); }
 
 }  // namespace minescan

@@ -169,7 +169,8 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
         const std::size_t i = place[c]++;
         // In single precision, as files hold them, so that writing and reading changes nothing: at
         // 48 m the last digit is worth 4 micrometres.
-        const Vector3d direction = R_scanner_plane[c] * rings[static_cast<std::size_t>(ring)].nominal;
+        const Vector3d direction =
+            R_scanner_plane[c] * rings[static_cast<std::size_t>(ring)].nominal;
         out.cloud.points[i] = (echo.range * direction).cast<float>().cast<double>();
         out.intensity[i] = echo.amplitude;
         out.time[i] = static_cast<double>(beam) * scanner.beam_time;

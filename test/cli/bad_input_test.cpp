@@ -21,8 +21,8 @@ void expect_refused(const Case& c, const ScratchFolder& folder) {
   std::string command;
   for (const std::string& a : c.arguments) command += a + " ";
   EXPECT_EQ(result.exit_code, c.exit_code) << command << result.errors;
-  EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1)
-      << command << "\n" << result.errors;
+  EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << command << "\n"
+                                                                             << result.errors;
   EXPECT_NE(result.errors.find(c.says), std::string::npos) << command << "\n" << result.errors;
   EXPECT_EQ(result.output, "") << command;
   EXPECT_EQ(folder.names(), before) << command << "left something behind";
@@ -40,10 +40,15 @@ TEST(BadInput, OfNames) {
            {{"survey", "cave", "--out", "a"}, 2, "unknown survey 'cave'; known: "},
            {{"sweep", "cave", "--out", "a.db"}, 2, "unknown study 'cave'; known: "},
            {{"sweep", "fig16", "--set", "methods=icp,magic", "--out", "a.db"}, 2, "magic"},
-           {{"register", "a.ply", "b.ply", "--method", "magic"}, 2, "unknown method 'magic'; known: "},
-           {{"scene", "junction", "--set", "edge=1", "--out", "a.ply"}, 2,
+           {{"register", "a.ply", "b.ply", "--method", "magic"},
+            2,
+            "unknown method 'magic'; known: "},
+           {{"scene", "junction", "--set", "edge=1", "--out", "a.ply"},
+            2,
             "--set: unknown key 'edge'; known: "},
-           {{"scene", "junction", "--set", "edge-length", "--out", "a.ply"}, 2, "expected key=value"},
+           {{"scene", "junction", "--set", "edge-length", "--out", "a.ply"},
+            2,
+            "expected key=value"},
            {{"scene", "none.yaml", "--out", "a.ply"}, 1, "none.yaml: cannot be read"},
            {{"list", "--threads", "0"}, 2, "--threads"},
            {{"list", "--seed", "one"}, 2, "--seed"},
@@ -55,15 +60,21 @@ TEST(BadInput, OfSizes) {
   const ScratchFolder folder;
   for (const char* size : {"0", "-1", "1e9", "1e-9", "nan", "inf", "big", ""}) {
     const std::string text = size;
-    expect_refused({{"scene", "junction", "--set", "edge-length=" + text, "--out", "a.ply"}, 2,
-                    "edge-length"}, folder);
-    expect_refused({{"survey", "junction", "--set", "scene.edge-length=" + text, "--out", "a"}, 2,
-                    "edge-length"}, folder);
-    expect_refused({{"survey", "junction", "--set", "stations.0.planes=" + text, "--out", "a"}, 2,
-                    "planes"}, folder);
+    expect_refused(
+        {{"scene", "junction", "--set", "edge-length=" + text, "--out", "a.ply"}, 2, "edge-length"},
+        folder);
+    expect_refused({{"survey", "junction", "--set", "scene.edge-length=" + text, "--out", "a"},
+                    2,
+                    "edge-length"},
+                   folder);
+    expect_refused(
+        {{"survey", "junction", "--set", "stations.0.planes=" + text, "--out", "a"}, 2, "planes"},
+        folder);
     expect_refused({{"sweep", "fig16", "--trials", text, "--out", "a.db"}, 2, "trials"}, folder);
-    expect_refused({{"sweep", "fig16", "--set", "settings.ndt.cell-size=" + text, "--out", "a.db"}, 2,
-                    "cell-size"}, folder);
+    expect_refused({{"sweep", "fig16", "--set", "settings.ndt.cell-size=" + text, "--out", "a.db"},
+                    2,
+                    "cell-size"},
+                   folder);
   }
 }
 
@@ -95,10 +106,12 @@ TEST(BadInput, OfClouds) {
   write_text(folder / "nan.xyz", "nan nan nan\nnan 0 0\n");
   write_text(folder / "none.xyz", "# nothing\n");
   const auto refuse = [&](const std::string& file, int exit_code, const std::string& says) {
-    expect_refused({{"register", "good.xyz", file, "--json", "a.json", "--out", "a.ply"}, exit_code,
-                    says}, folder);
-    expect_refused({{"register", file, "good.xyz", "--json", "a.json", "--out", "a.ply"}, exit_code,
-                    says}, folder);
+    expect_refused(
+        {{"register", "good.xyz", file, "--json", "a.json", "--out", "a.ply"}, exit_code, says},
+        folder);
+    expect_refused(
+        {{"register", file, "good.xyz", "--json", "a.json", "--out", "a.ply"}, exit_code, says},
+        folder);
   };
   refuse("empty.ply", 1, "empty.ply:");
   refuse("truncated.ply", 1, "truncated.ply: expected 100 elements vertex of 12 bytes");
@@ -108,8 +121,10 @@ TEST(BadInput, OfClouds) {
   refuse("none.xyz", 1, "none.xyz: expected points, found none");
   refuse("missing.ply", 1, "missing.ply: cannot be read");
   refuse("good.doc", 2, "unknown format '.doc'; known: .ply, .pcd, .xyz");
-  expect_refused({{"register", "good.xyz", "good.xyz", "--guess", "1,2"}, 2, "expected a pose"}, folder);
-  expect_refused({{"register", "good.xyz", "good.xyz", "--guess", "good.xyz"}, 1, "good.xyz: "}, folder);
+  expect_refused({{"register", "good.xyz", "good.xyz", "--guess", "1,2"}, 2, "expected a pose"},
+                 folder);
+  expect_refused({{"register", "good.xyz", "good.xyz", "--guess", "good.xyz"}, 1, "good.xyz: "},
+                 folder);
 }
 
 TEST(BadInput, OfPlacesToWriteTo) {

@@ -18,7 +18,8 @@ std::size_t lines(const std::string& text) {
 }
 
 // Rows of a result table by their ids; columns that hold measured times left out.
-std::set<std::string> rows_without_times(const std::filesystem::path& folder, const std::string& db) {
+std::set<std::string> rows_without_times(const std::filesystem::path& folder,
+                                         const std::string& db) {
   const ProgramResult csv = run_minescan({"export", db, "--csv", "-"}, folder);
   EXPECT_EQ(csv.exit_code, 0) << csv.errors;
   std::set<std::string> rows;
@@ -33,16 +34,20 @@ std::set<std::string> rows_without_times(const std::filesystem::path& folder, co
     bool quoted = false;
     for (const char c : line) {
       if (c == '"') quoted = !quoted;
-      if (c == ',' && !quoted) fields.emplace_back();
-      else fields.back() += c;
+      if (c == ',' && !quoted)
+        fields.emplace_back();
+      else
+        fields.back() += c;
     }
     std::string kept;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (head.empty() && (fields[i].ends_with("_s") || fields[i] == "run")) dropped.push_back(i);
       if (std::find(dropped.begin(), dropped.end(), i) == dropped.end()) kept += fields[i] + "|";
     }
-    if (head.empty()) head = kept;
-    else rows.insert(kept);
+    if (head.empty())
+      head = kept;
+    else
+      rows.insert(kept);
   }
   EXPECT_EQ(dropped.size(), 5u) << "target_s, source_s, align_s, cpu_s and run";
   return rows;
@@ -68,7 +73,8 @@ TEST(List, ShowsEveryTable) {
   const ProgramResult all = run_minescan({"list", "--json"}, folder);
   ASSERT_EQ(all.exit_code, 0) << all.errors;
   const Json json = Json::parse(all.output);
-  for (const char* table : {"scenes", "scanners", "surveys", "methods", "metrics", "studies", "formats"}) {
+  for (const char* table :
+       {"scenes", "scanners", "surveys", "methods", "metrics", "studies", "formats"}) {
     ASSERT_TRUE(json.contains(table)) << table;
     EXPECT_FALSE(json[table].empty()) << table;
     for (const Json& row : json[table]) EXPECT_NE(row["description"], "") << row["name"];
@@ -92,10 +98,14 @@ TEST(Scene, WritesTheMeshAndItsConfiguration) {
   ASSERT_EQ(config.exit_code, 0) << config.errors;
   write_text(folder / "mine.yaml", config.output);
   ASSERT_EQ(run_minescan({"scene", "mine.yaml", "--out", "a.ply"}, folder).exit_code, 0);
-  ASSERT_EQ(run_minescan({"scene", "junction", "--set", "edge-length=0.5", "--seed", "7", "--out",
-                          "b.ply"}, folder).exit_code, 0);
+  ASSERT_EQ(run_minescan(
+                {"scene", "junction", "--set", "edge-length=0.5", "--seed", "7", "--out", "b.ply"},
+                folder)
+                .exit_code,
+            0);
   EXPECT_EQ(content(folder / "a.ply"), content(folder / "b.ply"));
-  EXPECT_NE(content(folder / "a.ply"), content(folder / "junction.ply")) << "the seed changes nothing";
+  EXPECT_NE(content(folder / "a.ply"), content(folder / "junction.ply"))
+      << "the seed changes nothing";
 }
 
 TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
@@ -104,34 +114,39 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
       run_minescan(joined({"survey", "junction", "--out", "data"}, small_survey()), folder);
   ASSERT_EQ(survey.exit_code, 0) << survey.errors;
   EXPECT_EQ(survey.errors, "");
-  for (const char* file : {"survey.yaml", "truth.tum", "odometry.tum", "pairs.csv", "scans/0000.ply",
-                           "scans/0001.ply"})
+  for (const char* file : {"survey.yaml", "truth.tum", "odometry.tum", "pairs.csv",
+                           "scans/0000.ply", "scans/0001.ply"})
     EXPECT_TRUE(std::filesystem::exists(folder / "data" / file)) << file;
   EXPECT_EQ(lines(content(folder / "data/truth.tum")), 3u);
   EXPECT_EQ(lines(content(folder / "data/pairs.csv")), 2u);
 
   // The written configuration makes the same bytes, with another number of threads too.
   write_text(folder / "again.yaml", content(folder / "data/survey.yaml"));
-  ASSERT_EQ(run_minescan({"survey", "again.yaml", "--out", "again", "--threads", "1"}, folder).exit_code, 0);
-  for (const char* file : {"truth.tum", "odometry.tum", "pairs.csv", "scans/0000.ply", "scans/0001.ply"})
+  ASSERT_EQ(
+      run_minescan({"survey", "again.yaml", "--out", "again", "--threads", "1"}, folder).exit_code,
+      0);
+  for (const char* file :
+       {"truth.tum", "odometry.tum", "pairs.csv", "scans/0000.ply", "scans/0001.ply"})
     EXPECT_EQ(content(folder / "data" / file), content(folder / "again" / file)) << file;
 
   const ProgramResult registered = run_minescan(
       {"register", "data/scans/0000.ply", "data/scans/0001.ply", "--method", "icp", "--guess",
-       "0.3,0,0,0,0,0,1", "--truth", "0,0,0,0,0,0,1", "--json", "-", "--out", "moved.ply"}, folder);
+       "0.3,0,0,0,0,0,1", "--truth", "0,0,0,0,0,0,1", "--json", "-", "--out", "moved.ply"},
+      folder);
   ASSERT_EQ(registered.exit_code, 0) << registered.errors;
   const Json json = Json::parse(registered.output);
-  for (const char* key : {"method", "status", "T_target_source", "iterations", "score", "target_points",
-                          "source_points", "used_points", "time_s", "cpu_s", "target_bytes", "covariance",
-                          "translation_error_m", "rotation_error_rad"})
+  for (const char* key :
+       {"method", "status", "T_target_source", "iterations", "score", "target_points",
+        "source_points", "used_points", "time_s", "cpu_s", "target_bytes", "covariance",
+        "translation_error_m", "rotation_error_rad"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["status"], "converged");
   // A good result of the paper's section 5.2.2.
   EXPECT_LT(json["translation_error_m"].get<double>(), 0.1);
   EXPECT_TRUE(std::filesystem::exists(folder / "moved.ply"));
 
-  const ProgramResult sweep =
-      run_minescan({"sweep", "gate", "--set", "survey=data", "--trials", "2", "--out", "r.db"}, folder);
+  const ProgramResult sweep = run_minescan(
+      {"sweep", "gate", "--set", "survey=data", "--trials", "2", "--out", "r.db"}, folder);
   EXPECT_EQ(sweep.exit_code, 0) << sweep.errors;
 
   // An existing folder is refused, and what is no survey is not replaced even when forced.
@@ -139,15 +154,19 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
   std::filesystem::create_directory(folder / "mine");
   write_text(folder / "mine/thesis.tex", "years of work");
   EXPECT_EQ(run_minescan(joined({"survey", "junction", "--out", "mine", "--force"}, small_survey()),
-                         folder).exit_code, 1);
+                         folder)
+                .exit_code,
+            1);
   EXPECT_EQ(content(folder / "mine/thesis.tex"), "years of work");
 }
 
 TEST(Sweep, GivesTheSamePosesForAnyThreadsShardsAndResumes) {
   const ScratchFolder folder;
   const auto sweep = [&](const std::vector<std::string>& more) {
-    return run_minescan(joined({"sweep", "fig16", "--trials", "5", "--axis",
-                                "initial-translation=0.5,1"}, joined(small_study(), more)), folder);
+    return run_minescan(
+        joined({"sweep", "fig16", "--trials", "5", "--axis", "initial-translation=0.5,1"},
+               joined(small_study(), more)),
+        folder);
   };
   ASSERT_EQ(sweep({"--out", "a.db", "--threads", "1"}).exit_code, 0);
   ASSERT_EQ(sweep({"--out", "b.db", "--threads", "2"}).exit_code, 0);
@@ -189,7 +208,9 @@ TEST(Sweep, GoesOnAfterAKill) {
 TEST(Report, IsOnePageWithoutNetwork) {
   const ScratchFolder folder;
   ASSERT_EQ(run_minescan(joined({"sweep", "gate", "--trials", "3", "--out", "r.db"}, small_study()),
-                         folder).exit_code, 0);
+                         folder)
+                .exit_code,
+            0);
   const ProgramResult report = run_minescan({"report", "r.db", "--out", "page", "--svg"}, folder);
   ASSERT_EQ(report.exit_code, 0) << report.errors;
   EXPECT_NE(report.output.find("page/index.html"), std::string::npos);
@@ -207,7 +228,9 @@ TEST(Check, TellsBetterFromWorseByItsExitCode) {
   const ScratchFolder folder;
   const auto sweep = [&](const std::string& db, const std::vector<std::string>& more) {
     return run_minescan(joined({"sweep", "gate", "--trials", "20", "--out", db},
-                               joined(small_study(), more)), folder).exit_code;
+                               joined(small_study(), more)),
+                        folder)
+        .exit_code;
   };
   const auto check = [&](const std::string& db) {
     return run_minescan({"check", db, "--baseline", "base.json"}, folder);
@@ -216,7 +239,8 @@ TEST(Check, TellsBetterFromWorseByItsExitCode) {
   EXPECT_EQ(run_minescan({"baseline", "base.db", "--out", "base.json"}, folder).exit_code, 2)
       << "a reason is required";
   ASSERT_EQ(run_minescan({"baseline", "base.db", "--out", "base.json", "--reason", "first"}, folder)
-                .exit_code, 0);
+                .exit_code,
+            0);
   EXPECT_EQ(check("base.db").exit_code, 0);
 
   // Other trials are no evidence.
@@ -224,9 +248,10 @@ TEST(Check, TellsBetterFromWorseByItsExitCode) {
   EXPECT_EQ(check("other.db").exit_code, 4);
   EXPECT_EQ(run_minescan({"check", "base.db", "--baseline", "none.json"}, folder).exit_code, 4);
 
-  const ProgramResult files = run_minescan(
-      {"check", "base.db", "--baseline", "base.json", "--junit", "c.xml", "--markdown", "c.md", "--json",
-       "c.json"}, folder);
+  const ProgramResult files =
+      run_minescan({"check", "base.db", "--baseline", "base.json", "--junit", "c.xml", "--markdown",
+                    "c.md", "--json", "c.json"},
+                   folder);
   EXPECT_EQ(files.exit_code, 0) << files.errors;
   EXPECT_NE(content(folder / "c.xml").find("<testsuite"), std::string::npos);
   EXPECT_TRUE(Json::accept(content(folder / "c.json")));

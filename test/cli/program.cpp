@@ -95,10 +95,17 @@ void write_text(const fs::path& path, const std::string& text) {
 }
 
 const std::vector<std::string>& small_survey() {
-  static const std::vector<std::string> settings = {
-      "--quiet", "--set", "scene.edge-length=0.25", "--set", "stations.0.plane-beams=100",
-      "--set",   "stations.0.planes=90", "--set", "stations.1.plane-beams=120",
-      "--set",   "stations.1.planes=100"};
+  static const std::vector<std::string> settings = {"--quiet",
+                                                    "--set",
+                                                    "scene.edge-length=0.25",
+                                                    "--set",
+                                                    "stations.0.plane-beams=100",
+                                                    "--set",
+                                                    "stations.0.planes=90",
+                                                    "--set",
+                                                    "stations.1.plane-beams=120",
+                                                    "--set",
+                                                    "stations.1.planes=100"};
   return settings;
 }
 
@@ -112,7 +119,8 @@ const std::vector<std::string>& small_study() {
   return settings;
 }
 
-std::vector<std::string> joined(std::vector<std::string> first, const std::vector<std::string>& rest) {
+std::vector<std::string> joined(std::vector<std::string> first,
+                                const std::vector<std::string>& rest) {
   first.insert(first.end(), rest.begin(), rest.end());
   return first;
 }

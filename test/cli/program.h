@@ -49,6 +49,7 @@ const std::vector<std::string>& small_survey();
 const std::vector<std::string>& small_study();
 
 /// `first` and then `rest`.
-std::vector<std::string> joined(std::vector<std::string> first, const std::vector<std::string>& rest);
+std::vector<std::string> joined(std::vector<std::string> first,
+                                const std::vector<std::string>& rest);
 
 }  // namespace minescan

@@ -22,9 +22,12 @@ std::vector<std::vector<std::string>> commands_of(const std::string& readme) {
     bool quoted = false;
     for (const char c : line) {
       if (c == '#' && !quoted) break;
-      if (c == '"') quoted = !quoted;
-      else if (c != ' ' || quoted) words.back() += c;
-      else if (!words.back().empty()) words.emplace_back();
+      if (c == '"')
+        quoted = !quoted;
+      else if (c != ' ' || quoted)
+        words.back() += c;
+      else if (!words.back().empty())
+        words.emplace_back();
     }
     if (words.back().empty()) words.pop_back();
     words.erase(words.begin());

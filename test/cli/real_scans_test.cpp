@@ -19,15 +19,17 @@ void expect_found(const RealPair& pair, const std::string& method,
                   const std::vector<std::string>& settings) {
   const std::filesystem::path data = std::filesystem::path(MINESCAN_REAL_SCANS) / pair.folder;
   const ScratchFolder folder;
-  std::vector<std::string> command = {"register", data / pair.target, data / pair.source,
-                                      "--method", method, "--truth", data / "T_target_source.txt",
-                                      "--json", "-", "--guess", pair.guess};
+  std::vector<std::string> command = {
+      "register", data / pair.target,           data / pair.source, "--method", method,
+      "--truth",  data / "T_target_source.txt", "--json",           "-",        "--guess",
+      pair.guess};
   for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
   const ProgramResult result = run_minescan(command, folder);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto json = nlohmann::json::parse(result.output);
   const double translation = json["translation_error_m"], rotation = json["rotation_error_rad"];
-  std::cout << pair.folder << " " << method << ": " << translation << " m, " << rotation << " rad\n";
+  std::cout << pair.folder << " " << method << ": " << translation << " m, " << rotation
+            << " rad\n";
   EXPECT_EQ(json["status"], "converged");
   // The truth itself is good to about 2 cm and 4 mrad.
   EXPECT_LE(translation, 0.05) << pair.folder << " " << method;
@@ -50,13 +52,13 @@ const std::vector<std::string> closing_gate = {"decrease-iterations=20", "final-
 
 // The start poses are those that came with the scans: odometry for the room (0.6931 rad about z),
 // none for the street.
-INSTANTIATE_TEST_SUITE_P(
-    Pairs, RealScans,
-    testing::Values(RealPair{"room_pair", "room_scan1.pcd", "room_scan2.pcd",
-                             "1.79387,0.720047,0,0,0,0.339654937,0.940550118", small_cells, closing_gate},
-                    RealPair{"kitti_pair", "target.ply", "source.ply", "0,0,0,0,0,0,1", small_cells,
-                             closing_gate}),
-    [](const auto& instance) { return instance.param.folder; });
+INSTANTIATE_TEST_SUITE_P(Pairs, RealScans,
+                         testing::Values(RealPair{"room_pair", "room_scan1.pcd", "room_scan2.pcd",
+                                                  "1.79387,0.720047,0,0,0,0.339654937,0.940550118",
+                                                  small_cells, closing_gate},
+                                         RealPair{"kitti_pair", "target.ply", "source.ply",
+                                                  "0,0,0,0,0,0,1", small_cells, closing_gate}),
+                         [](const auto& instance) { return instance.param.folder; });
 
 }  // namespace
 }  // namespace minescan

@@ -57,8 +57,11 @@ TEST(Fields, ListsDefaultsAndTakesSettings) {
   EXPECT_EQ(list[4].expected, "red | green");
   EXPECT_EQ(list[6].value, "1, 2.5");
 
-  const Outer o = with_settings(Outer{}, {{"size", "2"}, {"count", "1e1"}, {"fast", "true"},
-                                          {"colour", "green"}, {"levels", "0,1, 3"}});
+  const Outer o = with_settings(Outer{}, {{"size", "2"},
+                                          {"count", "1e1"},
+                                          {"fast", "true"},
+                                          {"colour", "green"},
+                                          {"levels", "0,1, 3"}});
   EXPECT_EQ(o.inner.size, 2);
   EXPECT_EQ(o.count, 10);
   EXPECT_TRUE(o.fast);
@@ -91,7 +94,8 @@ TEST(Fields, SayWhatWasExpected) {
 }
 
 TEST(Config, NestsAndNamesTheLine) {
-  const Config config = parse_config("count: 4\nscene:\n  size: 0.25\n  levels: [1, 2]\n", "a.yaml");
+  const Config config =
+      parse_config("count: 4\nscene:\n  size: 0.25\n  levels: [1, 2]\n", "a.yaml");
   ASSERT_EQ(config.size(), 3u);
   EXPECT_EQ(config[1].key, "scene.size");
   EXPECT_EQ(config[1].where, "a.yaml:3");
@@ -101,20 +105,23 @@ TEST(Config, NestsAndNamesTheLine) {
   EXPECT_EQ(resolve({config[1]}, known), (Settings{{"scene.size", "0.25"}}));
   EXPECT_EQ(message_of([&] { resolve({config[0]}, known); }),
             "a.yaml:1: unknown key 'count'; known: scene.size");
-  EXPECT_EQ(message_of([&] { resolve({{"scene.size", "0", "a.yaml:9"}}, known); }),
+  EXPECT_EQ(message_of([&] {
+              resolve({{"scene.size", "0", "a.yaml:9"}}, known);
+            }),
             "a.yaml:9: scene.size: expected a number > 0, found '0' (unit: m)");
 }
 
 TEST(Config, PrintedYamlReadsBack) {
   std::vector<Field> known = fields_of(Outer{});
   for (const Field& field : prefixed("scene.", fields_of(Outer{}))) known.push_back(field);
-  const Settings settings = {{"scene.size", "0.125"}, {"title", "a: \"b\" # c"}, {"colour", "green"}};
+  const Settings settings = {
+      {"scene.size", "0.125"}, {"title", "a: \"b\" # c"}, {"colour", "green"}};
   EXPECT_EQ(resolve(parse_config(config_yaml(known, settings), "printed"), known), settings);
 }
 
 TEST(Config, RefusesWhatIsNotKeysAndValues) {
-  for (const char* text : {"", "- 1\n- 2\n", "a: [1, [2]]\n", "a:\n", "a: 1\na: 2\n", "a: {b\n",
-                           "\x01\x02\xff"})
+  for (const char* text :
+       {"", "- 1\n- 2\n", "a: [1, [2]]\n", "a:\n", "a: 1\na: 2\n", "a: {b\n", "\x01\x02\xff"})
     EXPECT_THROW(parse_config(text, "bad.yaml"), std::invalid_argument) << text;
 }
 

@@ -40,7 +40,8 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
   EXPECT_EQ(content(path), "old");
   write_file(path, "new");
   EXPECT_EQ(content(path), "new");
-  EXPECT_EQ(std::distance(fs::directory_iterator(scratch.path), {}), 1) << "a temporary file is left";
+  EXPECT_EQ(std::distance(fs::directory_iterator(scratch.path), {}), 1)
+      << "a temporary file is left";
 }
 
 TEST(OutputFile, SaysWhatCannotBeWritten) {

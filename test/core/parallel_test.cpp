@@ -30,9 +30,10 @@ TEST(ParallelFor, VisitsEveryIndexOnceInTheSameBlocks) {
 }
 
 TEST(ParallelFor, PassesOnWhatABodyThrows) {
-  EXPECT_THROW(parallel_for(100, 1, [](std::size_t i, std::size_t) {
-                 if (i == 50) throw std::runtime_error("fifty");
-               }),
+  EXPECT_THROW(parallel_for(100, 1,
+                            [](std::size_t i, std::size_t) {
+                              if (i == 50) throw std::runtime_error("fifty");
+                            }),
                std::runtime_error);
   EXPECT_THROW(parallel_for(1, 0, [](std::size_t, std::size_t) {}), std::invalid_argument);
   EXPECT_THROW(ThreadLimit(0), std::invalid_argument);

@@ -9,8 +9,8 @@
 namespace minescan {
 namespace {
 
-// The first block is a known answer of Philox4x32-10 published with Random123 (counter 0, key 0); the
-// second was computed by ten rounds written in Python 3.11 from the paper's definition.
+// The first block is a known answer of Philox4x32-10 published with Random123 (counter 0, key 0);
+// the second was computed by ten rounds written in Python 3.11 from the paper's definition.
 TEST(Random, GivesThePublishedPhiloxNumbers) {
   Random zero(0, 0);
   EXPECT_EQ(zero.bits(), 0xe169c58d6627e8d5);

@@ -22,7 +22,8 @@ TEST(NumberText, ReadsBackToTheSameDouble) {
 }
 
 TEST(ParseNumber, TakesNothingElse) {
-  for (const char* text : {"", " ", "1.2.3", "1,2", "0x10", "nan", "inf", "-inf", "1e999", "1 m", "--1"})
+  for (const char* text :
+       {"", " ", "1.2.3", "1,2", "0x10", "nan", "inf", "-inf", "1e999", "1 m", "--1"})
     EXPECT_THROW(parse_number(text), std::invalid_argument) << text;
   for (const char* text : {"1.5", "1e17", "a"})
     EXPECT_THROW(parse_integer(text), std::invalid_argument) << text;

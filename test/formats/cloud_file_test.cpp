@@ -2,7 +2,6 @@
 #include "formats/cloud_file.h"
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <cmath>
@@ -122,8 +121,7 @@ TEST(Pcd, ReadsTextAndSkipsOtherFields) {
   ASSERT_EQ(points.size(), 2u);
   EXPECT_EQ(points[0], Eigen::Vector3d(3, 4, 5));
   EXPECT_TRUE(std::isnan(points[1].x()));
-  EXPECT_EQ(pcd.parse(header + "binary\n" +
-                          little_endian({0, 0, 3, 4, 5, 0, 0, 7, 8, 9}), "a")[1],
+  EXPECT_EQ(pcd.parse(header + "binary\n" + little_endian({0, 0, 3, 4, 5, 0, 0, 7, 8, 9}), "a")[1],
             Eigen::Vector3d(7, 8, 9));
   EXPECT_EQ(refusal(pcd, header + "binary\n" + little_endian({0, 0, 3, 4, 5})),
             "a: expected 2 points, the file ends after 1");

@@ -16,8 +16,8 @@ int main() {
     source.points.push_back(truth.inverse() * p);
   }
   for (const minescan::Method& method : minescan::methods()) {
-    const auto result = method.run(target, source, minescan::Pose::Identity(),
-                                   {{"sample-ratio", "1"}});
+    const auto result =
+        method.run(target, source, minescan::Pose::Identity(), {{"sample-ratio", "1"}});
     const double error = minescan::pose_error(truth, result.T_target_source).translation;
     std::printf("%s: %.4f m\n", method.name.c_str(), error);
     // NDT's bias at 1 m cells is of the order of a centimetre.
