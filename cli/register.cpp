@@ -134,7 +134,8 @@ Command register_command() {
           "  minescan register data/scans/0000.ply data/scans/0001.ply --method icp\n"
           "  minescan register a.pcd b.pcd --guess 1.8,0.7,0,0,0,0.34,0.94 --json -\n"
           "  minescan register a.ply b.ply --guess guess.txt --truth truth.txt --out moved.ply\n"
-          "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n",
+          "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n"
+          "Settings: minescan list methods\n",
       .arguments =
           {{"TARGET", "FILE", "the scan that stays: .ply .pcd .xyz", false, &state->target},
            {"SOURCE", "FILE", "the scan that is moved", false, &state->source},

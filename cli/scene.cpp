@@ -22,7 +22,8 @@ Command scene_command() {
           "  minescan scene junction --out junction.ply\n"
           "  minescan scene tunnel --set edge-length=0.1 --seed 7 --out tunnel.obj\n"
           "  minescan scene junction --print-config > mine.yaml\n"
-          "  minescan scene mine.yaml --out mine.stl\n",
+          "  minescan scene mine.yaml --out mine.stl\n"
+          "Settings: minescan list scenes\n",
       .arguments = {{"SCENE", "NAME|FILE.yaml", "see minescan list scenes", true, &state->scene},
                     {"--out", "FILE", ".ply, .obj or .stl", false, &state->out},
                     {"--print-config", "", "write the resolved YAML instead", false,

@@ -20,7 +20,8 @@ Command survey_command() {
           "  minescan survey junction --out data\n"
           "  minescan survey tunnel --set scene.edge-length=0.1 --seed 7 --out data\n"
           "  minescan survey junction --print-config > mine.yaml\n"
-          "  minescan survey mine.yaml --out data --force\n",
+          "  minescan survey mine.yaml --out data --force\n"
+          "Settings: --print-config shows them all, with units and limits\n",
       .arguments = {{"SURVEY", "NAME|FILE.yaml", "see minescan list surveys", true, &state->survey},
                     {"--out", "DIR", "the folder to write", false, &state->out},
                     {"--force", "", "replace the folder of another survey", false, &state->force},

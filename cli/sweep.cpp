@@ -128,7 +128,9 @@ Command sweep_command() {
           "  minescan sweep fig16 --trials 20 --axis initial-translation=1,2 --out results.db\n"
           "  minescan sweep fig17 --set settings.ndt.cell-size=2 --dry-run\n"
           "  minescan sweep fig16 --print-config > mine.yaml\n"
-          "  minescan sweep mine.yaml --shard 1/4 --out part1.db\n",
+          "  minescan sweep mine.yaml --shard 1/4 --out part1.db\n"
+          "Settings, beside axes.NAME, settings.[METHOD.]OPTION and survey-settings.KEY:\n" +
+          fields_help(fields_of(Study{})),
       .arguments = {{"STUDY", "NAME|FILE.yaml", "see minescan list studies", true, &state->study},
                     {"--out", "FILE.db", "the table to write or go on with", false, &state->out},
                     {"--axis", "NAME=V1,V2,...",

@@ -43,6 +43,38 @@ TEST(RegisterIcp, FindsTheTrueMotionBetweenDifferentSamples) {
   }
 }
 
+// Every step is the same in another frame, so the ends differ by the rounding of coordinates of
+// some tens of metres, carried through as many steps.
+TEST(RegisterIcp, MovingBothCloudsMovesTheResultAlong) {
+  const PointCloud target = bumpy_tunnel(20000, 1), source = bumpy_tunnel(5000, 2);
+  const IcpOptions options{.sampling = {.ratio = 1}, .tree_error = 0};
+  const Pose here = register_icp(target, source, near_identity, options).T_target_source;
+  for (std::uint64_t stream = 0; stream < 3; ++stream) {
+    Random random(5, stream);
+    const Pose move = random_pose(random, 10, 3);
+    const RegistrationResult there =
+        register_icp(transformed(move, target), transformed(move, source),
+                     move * near_identity * move.inverse(), options);
+    const PoseError error = pose_error(move * here * move.inverse(), there.T_target_source);
+    EXPECT_LT(error.translation, 1e-9) << stream;
+    EXPECT_LT(error.rotation, 1e-9) << stream;
+  }
+}
+
+// Both ways see the same surface with the same noise; each ends within a few times the noise of the
+// mean, 5 mm / sqrt(5000), and within the bias that noise gives to nearest points, below 1 mm.
+TEST(RegisterIcp, SwappingTheCloudsInvertsTheResult) {
+  const PointCloud target = bumpy_tunnel(20000, 1);
+  PointCloud source = target;
+  Random random(6, 0);
+  for (Eigen::Vector3d& p : source.points) p += 0.005 * random_vector(random);
+  const IcpOptions options{.sampling = {.ratio = 1}, .tree_error = 0};
+  const Pose forth = register_icp(target, source, near_identity, options).T_target_source;
+  const Pose back = register_icp(source, target, near_identity.inverse(), options).T_target_source;
+  EXPECT_LT(pose_error(forth.inverse(), back).translation, 0.002);
+  EXPECT_LT(pose_error(forth.inverse(), back).rotation, 0.0005);
+}
+
 // Besl and McKay's theorem: it holds with exact neighbours and without rejection only.
 TEST(RegisterIcp, MeanSquaredDistanceNeverGrows) {
   const PointCloud target = bumpy_tunnel(5000, 1), source = bumpy_tunnel(5000, 2);
