@@ -77,7 +77,7 @@ int complain(const std::string& what, int code) {
 
 }  // namespace
 
-int run_command_line(int argc, const char* const* argv, std::vector<Command> commands) {
+int run_command_line(int argc, const char* const* argv, const std::vector<Command>& commands) {
   CLI::App app("Simulates laser scanners in mines and measures the registration of their scans.",
                "minescan");
   app.require_subcommand(1);

@@ -55,7 +55,7 @@ std::string_view version();
 
 /// Reads the command line and runs the command it names. Returns the exit code; every error is one
 /// line on standard error.
-int run_command_line(int argc, const char* const* argv, std::vector<Command> commands);
+int run_command_line(int argc, const char* const* argv, const std::vector<Command>& commands);
 
 // The commands, one file each.
 Command list_command();

@@ -21,7 +21,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& path) {
          (".minescan-" + std::to_string(getpid()) + "-" + path.filename().string());
 }
 
-std::filesystem::path without_trailing_slash(std::filesystem::path path) {
+std::filesystem::path without_trailing_slash(const std::filesystem::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
 
@@ -73,8 +73,8 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   file.commit();
 }
 
-OutputFolder::OutputFolder(std::filesystem::path final_path, bool replace)
-    : final_path_(without_trailing_slash(std::move(final_path))),
+OutputFolder::OutputFolder(const std::filesystem::path& final_path, bool replace)
+    : final_path_(without_trailing_slash(final_path)),
       temporary_path_(temporary_name(final_path_)) {
   std::error_code error;
   const auto status = std::filesystem::status(final_path_, error);

@@ -41,7 +41,7 @@ void write_file(const std::filesystem::path& path, std::string_view content);
 class OutputFolder {
  public:
   /// Throws std::runtime_error if `final_path` exists and `replace` is false, or is a file.
-  OutputFolder(std::filesystem::path final_path, bool replace);
+  OutputFolder(const std::filesystem::path& final_path, bool replace);
   ~OutputFolder();  // removes the temporary folder unless committed
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;

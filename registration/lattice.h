@@ -47,7 +47,7 @@ class Lattice {
   static std::uint64_t biased(double x) {
     const int truncated = static_cast<int>(x);
     const int index = truncated - static_cast<int>(x < static_cast<double>(truncated));
-    return static_cast<std::uint64_t>(index + index_limit);
+    return static_cast<std::uint64_t>(std::int64_t{index} + index_limit);
   }
   [[noreturn]] void throw_beyond(const Eigen::Vector3d& p, const char* option) const;
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "registration/methods.h"
 
-#include <utility>
 
 #include "core/table.h"
 #include "registration/icp.h"
@@ -15,12 +14,12 @@ namespace {
 
 /// A row: the function with options that start from `defaults`.
 template <class Options>
-Method row(std::string name, std::string description,
+Method row(const std::string& name, const std::string& description,
            RegistrationResult (*function)(const PointCloud&, const PointCloud&, const Pose&,
                                           const Options&),
            const Options& defaults = {}) {
-  return {.name = std::move(name),
-          .description = std::move(description),
+  return {.name = name,
+          .description = description,
           .fields = fields_of(defaults),
           .run = [=](const PointCloud& target, const PointCloud& source, const Pose& T_guess,
                      const Settings& settings) {

@@ -150,9 +150,10 @@ std::string settings_text(const Rows& rows) {
   for (const Outcome* row : rows)
     for (const auto& [name, value] : row->trial.settings) values[name] = value;
   std::vector<std::string> parts;
-  for (const auto& [name, value] : values) {
+  for (const auto& value : values) {
+    const std::string& name = value.first;
     const bool several = varies(rows, [&](const Outcome& row) { return setting(row, name); });
-    parts.push_back(fmt::format("{} = {}", name, several ? "varied" : *value));
+    parts.push_back(fmt::format("{} = {}", name, several ? "varied" : *value.second));
   }
   return join(parts, ", ");
 }
@@ -270,8 +271,9 @@ StudyFigures make_study(const std::string& name, const Rows& rows) {
       grouped<std::string>(rows, [](const Outcome& row) { return data_set(row.trial.pair); });
   for (const auto& [set, of_set] : by_data_set)
     for (const char* metric : metric_names)
-      study.figures.push_back(make_figure(by_data_set.size() == 1 ? name : name + ", " + set,
-                                          of_set, x, series, find_metric(metric)));
+      study.figures.push_back(
+          make_figure(by_data_set.size() == 1 ? name : fmt::format("{}, {}", name, set), of_set, x,
+                      series, find_metric(metric)));
   return study;
 }
 
