@@ -14,19 +14,29 @@ void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t)>& body) {
   if (grain == 0) throw std::invalid_argument("parallel_for: expected a grain of at least 1");
   const std::size_t blocks = (count + grain - 1) / grain;
-  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
+  const auto run = [&](std::size_t block) {
     body(block * grain, std::min(count, (block + 1) * grain));
-  });
+  };
+  // A new limit reaches TBB's threads only after a while; that of one holds at once.
+  if (tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1) {
+    for (std::size_t block = 0; block < blocks; ++block) run(block);
+    return;
+  }
+  tbb::parallel_for(std::size_t{0}, blocks, run);
 }
 
+// Made in place: a copy of the control would not limit anything, and TBB lets one be made.
 struct ThreadLimit::Impl {
+  explicit Impl(std::size_t threads)
+      : control(tbb::global_control::max_allowed_parallelism, threads) {}
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
   tbb::global_control control;
 };
 
 ThreadLimit::ThreadLimit(int threads) {
   if (threads < 1) throw std::invalid_argument("expected at least 1 thread");
-  impl_ = std::make_unique<Impl>(Impl{tbb::global_control(
-      tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads))});
+  impl_ = std::make_unique<Impl>(static_cast<std::size_t>(threads));
 }
 ThreadLimit::~ThreadLimit() = default;
 
