@@ -17,11 +17,6 @@ void parallel_for(std::size_t count, std::size_t grain,
   const auto run = [&](std::size_t block) {
     body(block * grain, std::min(count, (block + 1) * grain));
   };
-  // A new limit reaches TBB's threads only after a while; that of one holds at once.
-  if (tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1) {
-    for (std::size_t block = 0; block < blocks; ++block) run(block);
-    return;
-  }
   tbb::parallel_for(std::size_t{0}, blocks, run);
 }
 
