@@ -22,9 +22,6 @@ class OutputFile {
 
   /// Where to write, for text and binary alike.
   std::ostream& stream() { return stream_; }
-  /// The temporary file's name, with the final extension, for libraries that open files themselves;
-  /// empty for a device.
-  const std::filesystem::path& temporary_path() const { return temporary_path_; }
   /// Writes what is buffered, puts it on the disk and gives the file its final name.
   void commit();
 

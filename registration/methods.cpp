@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "registration/methods.h"
 
-
 #include "core/table.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
