@@ -19,11 +19,17 @@ struct PointCloud {
   std::vector<Eigen::Vector3d> normals = {};  // empty, or one unit vector per point
 };
 
-/// What a surface does to light.
+/// What a surface does to light, and what of its relief the triangles leave out.
 struct Material {
   std::string name = {};
-  double reflectance = 0.35;  // diffuse, at the scanner's wavelength, in (0, 1]
+  double reflectance = 0.35;  // diffuse, when dry, at the scanner's wavelength, in (0, 1]
+  double wetness = 0;         // 0 dry, 1 wet
+  double roughness = 0;       // metres, RMS height of the relief finer than the mesh
+  double fine_slope = 0;      // its RMS slope along a line
 };
+
+/// What a surface reflects: wet rock about half of dry rock (measured).
+inline double wet_reflectance(const Material& m) { return m.reflectance * (1 - m.wetness / 2); }
 
 /// Triangles with shared vertices, world frame, metres. Seen from free space the vertices of a
 /// triangle run counter-clockwise, so normals point into the open mine.

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Triangles from implicit surfaces: marching cubes with shared vertices.
+// Triangles from implicit surfaces: marching cubes with shared vertices, and sharp edges where the
+// surface has them.
 #pragma once
 
 #include <array>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/cloud.h"
@@ -27,6 +32,41 @@ double contour_bytes(const ImplicitSurface& surface, double edge_length);
 ///          number of threads
 /// source   Lorensen and Cline 1987; the cases are derived, see marching_cases
 TriangleMesh contour(const ImplicitSurface& surface, double edge_length);
+
+/// A square of the plan: a whole number of blocks of the lattice, fixed in the world.
+struct Tile {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  auto operator<=>(const Tile&) const = default;
+};
+
+/// A surface too large for memory, piece by piece. Not for several threads at once; each call uses
+/// all of them.
+class SurfaceTiles {
+ public:
+  /// Keeps what was made last, up to `cache_bytes`.
+  SurfaceTiles(ImplicitSurface surface, double edge_length, double cache_bytes);
+
+  /// Side of a tile, metres: about 26 m.
+  double tile_size() const;
+  Tile tile_of(const Eigen::Vector3d& place) const;
+  /// The part of the world within a tile; as high as the surface's bounds.
+  Eigen::AlignedBox3d box_of(const Tile& tile) const;
+  /// All tiles that come within `range` metres of `tile` and hold some of the bounds, sorted.
+  std::vector<Tile> within(const Tile& tile, double range) const;
+
+  /// The triangles of the given tiles: those that `contour` makes there, vertex for vertex. The
+  /// mesh is open where it ends. It depends on the arguments alone, not on what was asked before.
+  TriangleMesh mesh(std::span<const Tile> tiles);
+
+  /// Tiles contoured so far, and bytes that the kept ones take.
+  std::size_t tiles_made() const;
+  double bytes_kept() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
 
 /// Corner i of a cube lies at (i & 1, i >> 1 & 1, i >> 2 & 1). Edge 4 a + k runs along axis a.
 inline constexpr int cube_corners = 8;

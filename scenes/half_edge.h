@@ -23,17 +23,30 @@ struct MeshCheck {
   std::size_t non_manifold_vertices = 0;  // where surfaces touch in a point
   std::size_t unused_vertices = 0;
   std::size_t degenerate_triangles = 0;  // without area
+  /// Pairs of triangles that cross each other without sharing a vertex, and pairs that share one
+  /// and meet elsewhere too.
+  std::size_t self_intersections = 0;
 
-  /// A closed 2-manifold whose triangles all face the same side and have an area.
-  bool valid() const {
+  /// A 2-manifold without holes: no ray leaves it.
+  bool closed() const {
     return triangles > 0 && boundary_edges == 0 && refused_triangles == 0 &&
-           non_manifold_vertices == 0 && unused_vertices == 0 && degenerate_triangles == 0;
+           non_manifold_vertices == 0;
+  }
+  /// Closed, and its triangles have an area and do not cross each other.
+  bool valid() const {
+    return closed() && unused_vertices == 0 && degenerate_triangles == 0 && self_intersections == 0;
   }
 };
 
 /// Takes O(triangles) time. Throws std::invalid_argument if a triangle names a vertex that is not
 /// there.
 MeshCheck check_mesh(const TriangleMesh& mesh);
+
+/// `mesh` with about `ratio` (in (0, 1]) of its triangles: edges are collapsed where the shape
+/// changes least (quadric error metrics, Garland and Heckbert 1997), never across borders between
+/// materials. Throws std::invalid_argument for a ratio out of range or triangles that check_mesh
+/// would refuse.
+TriangleMesh decimated(const TriangleMesh& mesh, double ratio);
 
 /// Writes vertices and triangles; the end of the name says how: .ply (binary), .stl (binary) or
 /// .obj (text, all digits). Throws std::invalid_argument for another end or triangles that

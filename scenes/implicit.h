@@ -24,6 +24,9 @@ struct ImplicitSurface {
   struct Sample {
     double value = 0;           // metres; near the surface about the distance to it
     std::uint8_t material = 0;  // of the nearest surface, index into `materials`
+    // Which face of the surface is nearest. Where a face other than 0 meets another one, the edge
+    // is sharp and a mesh keeps it; 0 are all faces that meet in rounded edges.
+    std::uint8_t face = 0;
   };
   std::function<Sample(const Eigen::Vector3d& point)> at = {};
   /// Encloses the values in a ball. It may be wider than them, but a narrow one saves time.

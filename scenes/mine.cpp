@@ -12,21 +12,12 @@
 #include "core/random.h"
 #include "core/text.h"
 #include "scenes/contour.h"
+#include "scenes/materials.h"
 
 namespace minescan {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-enum MaterialIndex : std::uint8_t { sandstone, concrete, gravel, fixture };
-
-/// Diffuse reflectance at 785-905 nm; dry rock, concrete and gravel; all assumed.
-std::vector<Material> mine_materials() {
-  return {{.name = "sandstone", .reflectance = 0.35},
-          {.name = "concrete", .reflectance = 0.40},
-          {.name = "gravel", .reflectance = 0.20},
-          {.name = "fixture", .reflectance = 0.50}};
-}
 
 Interval operator-(const Interval& a, const Interval& b) {
   return {a.low - b.high, a.high - b.low};

@@ -8,45 +8,12 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/gradient_noise.h"
 #include "core/random.h"
 #include "core/text.h"
 
 namespace minescan {
 namespace {
-
-/// Directions spread evenly over the sphere (Fibonacci lattice); noise picks among them by hash.
-const std::array<Eigen::Vector3d, 256>& unit_gradients() {
-  static const std::array<Eigen::Vector3d, 256> list = [] {
-    std::array<Eigen::Vector3d, 256> directions = {};
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-      const double z = 1 - (2 * static_cast<double>(i) + 1) / 256;
-      const double angle = 2 * std::numbers::pi * std::numbers::phi * static_cast<double>(i);
-      const double r = std::sqrt(1 - z * z);
-      directions[i] = {r * std::cos(angle), r * std::sin(angle), z};
-    }
-    return directions;
-  }();
-  return list;
-}
-
-std::uint64_t mixed(std::uint64_t h) {  // finaliser of SplitMix64 (Steele, Lea and Flood 2014)
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111eb;
-  return h ^ (h >> 31);
-}
-
-// Odd factors keep the places of a lattice apart before mixing; any large odd numbers do.
-constexpr std::uint64_t step_x = 0x9e3779b97f4a7c15;
-constexpr std::uint64_t step_y = 0xc2b2ae3d27d4eb4f;
-constexpr std::uint64_t step_z = 0x165667b19e3779f9;
-
-/// std::floor for numbers that fit; without SSE4.1 std::floor is a function call.
-std::int64_t floor_of(double x) {
-  const auto truncated = static_cast<std::int64_t>(x);
-  return truncated - (x < static_cast<double>(truncated) ? 1 : 0);
-}
-
-double fade(double t) { return t * t * t * (t * (6 * t - 15) + 10); }
 
 /// A rotation drawn uniformly (Shoemake 1992).
 Eigen::Matrix3d random_rotation(Random& random) {
@@ -56,34 +23,6 @@ Eigen::Matrix3d random_rotation(Random& random) {
 }
 
 }  // namespace
-
-double gradient_noise(const Eigen::Vector3d& place, std::uint64_t seed) {
-  const auto& gradients = unit_gradients();
-  const std::int64_t i = floor_of(place.x()), j = floor_of(place.y()), k = floor_of(place.z());
-  const double x = place.x() - static_cast<double>(i), y = place.y() - static_cast<double>(j),
-               z = place.z() - static_cast<double>(k);
-  const std::array<std::uint64_t, 2> hx = {static_cast<std::uint64_t>(i) * step_x,
-                                           static_cast<std::uint64_t>(i + 1) * step_x};
-  const std::array<std::uint64_t, 2> hy = {static_cast<std::uint64_t>(j) * step_y,
-                                           static_cast<std::uint64_t>(j + 1) * step_y};
-  const std::array<std::uint64_t, 2> hz = {static_cast<std::uint64_t>(k) * step_z + seed,
-                                           static_cast<std::uint64_t>(k + 1) * step_z + seed};
-  const auto corner = [&](int a, int b, int c) {
-    const Eigen::Vector3d& g = gradients[mixed(hx[a] + hy[b] + hz[c]) & 255];
-    return g.x() * (x - a) + g.y() * (y - b) + g.z() * (z - c);
-  };
-  const double u = fade(x), v = fade(y), w = fade(z);
-  const auto along_x = [&](int b, int c) {
-    const double low = corner(0, b, c);
-    return low + u * (corner(1, b, c) - low);
-  };
-  const auto along_y = [&](int c) {
-    const double low = along_x(0, c);
-    return low + v * (along_x(1, c) - low);
-  };
-  const double low = along_y(0);
-  return low + w * (along_y(1) - low);
-}
 
 Relief::Relief(const ReliefBand& band, std::uint64_t seed, double finest) {
   if (!(band.inner > 0 && band.inner <= band.outer && std::isfinite(band.outer)))
@@ -118,7 +57,7 @@ Interval Relief::range(const Eigen::Vector3d& place, double radius) const {
   double sum = 0;
   double slack = 0;
   for (const Octave& octave : octaves_) {
-    const double reach = gradient_noise_slope * radius / octave.spacing;
+    const double reach = gradient_noise_steepest * radius / octave.spacing;
     if (reach < gradient_noise_max) {
       const Eigen::Vector3d q = octave.to_lattice * place + octave.offset;
       sum += octave.amplitude * gradient_noise(q, octave.seed);
@@ -143,14 +82,14 @@ Interval Bedding::range(const Eigen::Vector3d& place, double radius) const {
   // squares to each side are enough.
   const double x = place.x() / plate_;
   const double y = place.y() / plate_;
-  const std::int64_t i0 = floor_of(x), j0 = floor_of(y);
+  const std::int64_t i0 = static_cast<std::int64_t>(std::floor(x)),
+                     j0 = static_cast<std::int64_t>(std::floor(y));
   double nearest = 100;
   double second = 100;
   std::uint64_t level = 0;
   for (std::int64_t i = i0 - 2; i <= i0 + 2; ++i) {
     for (std::int64_t j = j0 - 2; j <= j0 + 2; ++j) {
-      const std::uint64_t h = mixed(static_cast<std::uint64_t>(i) * step_x +
-                                    static_cast<std::uint64_t>(j) * step_y + seed_);
+      const std::uint64_t h = lattice_hash(i, j, 0, seed_);
       const double dx = static_cast<double>(i) + static_cast<double>(h >> 48) * 0x1p-16 - x;
       const double dy =
           static_cast<double>(j) + static_cast<double>(h >> 32 & 0xffff) * 0x1p-16 - y;
