@@ -41,7 +41,7 @@ const Listing listings[] = {
      [] {
        std::vector<Item> items;
        for (const SceneKind& row : scenes())
-         items.push_back({row.name, row.description, row.fields});
+         items.push_back({row.name, row.description, row.fields({})});
        return items;
      }},
     {"scanners",

@@ -36,8 +36,7 @@ int run(const State& state, const Common& common) {
   std::vector<ScanPair> pairs;
   for (const char* name : data_sets) {
     const SurveyConfig config = load_survey_config(name, {}, common.seed);
-    const SurveyData data = make_survey(config, common.quiet);
-    write_survey(out / name, config, data, true);
+    const SurveyData data = write_survey(out / name, config, common.quiet, true, true);
     for (ScanPair& pair : scan_pairs(config, data)) pairs.push_back(std::move(pair));
   }
 

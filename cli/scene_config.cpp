@@ -81,10 +81,36 @@ void append(std::vector<Field>& list, std::vector<Field> more) {
   list.insert(list.end(), more.begin(), more.end());
 }
 
+// The keys of `config` that begin with `prefix`, without it: the parts of a scene that they name
+// decide which fields it has.
+Settings given(const Config& config, const std::string& prefix) {
+  Settings keys;
+  for (const ConfigEntry& entry : config)
+    if (entry.key.starts_with(prefix)) keys[entry.key.substr(prefix.size())] = entry.text;
+  return keys;
+}
+
+bool is_mesh_file(const std::string& text) {
+  return text.ends_with(".ply") || text.ends_with(".obj") || text.ends_with(".stl");
+}
+
+// A row of the table of scenes, or a file of triangles: then the row that reads it, and the setting
+// that names it.
+struct NamedScene {
+  std::string name = {};
+  Settings settings = {};
+};
+NamedScene named_scene(const std::string& text) {
+  if (is_mesh_file(text)) return {"mesh", {{"parts.file.file", text}}};
+  return {find_scene(text).name, {}};
+}
+
 std::string station_prefix(std::size_t k) { return fmt::format("stations.{}.", k); }
 
-// Every key of a survey's configuration with the values of `survey` as defaults.
-std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed) {
+// Every key of a survey's configuration with the values of `survey` as defaults; `more` names
+// further parts of its scene.
+std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed,
+                                 const Settings& more = {}) {
   std::vector<Field> list;
   list.push_back(text_field("survey", "a name in `minescan list surveys`",
                             "the survey to start from", survey.name, same));
@@ -95,8 +121,10 @@ std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed) {
                             pairs_text(survey.pairs), canonical_pairs));
   list.push_back(
       text_field("scene.name", "a name in `minescan list scenes`", "the mine", survey.scene, same));
-  append(list,
-         prefixed("scene.", with_defaults(find_scene(survey.scene).fields, survey.scene_settings)));
+  append(list, prefixed("scene.",
+                        with_defaults(
+                            find_scene(survey.scene).fields(merged(survey.scene_settings, more)),
+                            survey.scene_settings)));
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const Station& station = survey.stations[k];
     const std::string prefix = station_prefix(k);
@@ -170,10 +198,13 @@ SceneConfig load_scene_config(const std::string& text, const Config& changes,
   Config config = gather_config(text, changes);
   SceneConfig scene;
   scene.seed = take_seed(config, seed);
-  scene.name = is_config_file(text) ? take(config, "scene", "") : text;
-  if (scene.name.empty())
+  const std::string wanted = is_config_file(text) ? take(config, "scene", "") : text;
+  if (wanted.empty())
     throw std::invalid_argument(text + ": expected a key 'scene' that names the kind of mine");
-  scene.settings = resolve(config, find_scene(scene.name).fields);
+  const NamedScene named = named_scene(wanted);
+  scene.name = named.name;
+  const Settings keys = merged(named.settings, given(config, ""));
+  scene.settings = merged(named.settings, resolve(config, find_scene(scene.name).fields(keys)));
   return scene;
 }
 
@@ -182,7 +213,7 @@ std::string scene_config_yaml(const SceneConfig& scene) {
   list.push_back(text_field("scene", "a name in `minescan list scenes`", "the kind of mine",
                             scene.name, same));
   list.push_back(fields_of(SurveyNumbers{scene.seed, 0, 0}).front());
-  append(list, find_scene(scene.name).fields);
+  append(list, find_scene(scene.name).fields(scene.settings));
   return config_yaml(list, scene.settings);
 }
 
@@ -202,8 +233,9 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
   // a part of another kind does not inherit the settings of the one it replaces.
   if (const std::string scene = said(config, "scene.name");
       !scene.empty() && scene != survey.scene) {
-    survey.scene = find_scene(scene).name;
-    survey.scene_settings.clear();
+    const NamedScene named = named_scene(scene);
+    survey.scene = named.name;
+    survey.scene_settings = named.settings;
   }
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     Station& station = survey.stations[k];
@@ -214,7 +246,8 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
   }
   add_stations(survey, config);
 
-  const Settings settings = resolve(config, survey_fields(survey, result.seed));
+  const Settings settings =
+      resolve(config, survey_fields(survey, result.seed, given(config, "scene.")));
   const auto value = [&](const std::string& name, const std::string& fallback) {
     const auto found = settings.find(name);
     return found == settings.end() ? fallback : found->second;

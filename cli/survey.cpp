@@ -35,14 +35,10 @@ Command survey_command() {
           return exit_done;
         }
         if (state->out.empty()) throw std::invalid_argument("survey: --out is required");
-        // Asked before the work, and again when it is written.
-        if (!state->force && std::filesystem::exists(state->out))
-          throw std::runtime_error(state->out + ": exists already; --force replaces it");
-        const SurveyData data = make_survey(config, common.quiet);
-        write_survey(state->out, config, data, state->force);
-        for (std::size_t k = 0; k < data.scans.size(); ++k)
-          fmt::print("{}: {} points of {} beams\n", scan_file(k).string(),
-                     data.scans[k].cloud.points.size(), data.scans[k].beams);
+        const SurveyData data = write_survey(state->out, config, common.quiet, false, state->force);
+        for (std::size_t k = 0; k < data.points.size(); ++k)
+          fmt::print("{}: {} points of {} beams\n", scan_file(k).string(), data.points[k],
+                     data.beams[k]);
         for (const DataSetPair& pair : data.pairs)
           fmt::print("pair {} <- {}: overlap {:.0f} %\n", pair.target, pair.source,
                      100 * pair.overlap);

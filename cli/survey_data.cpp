@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <stdexcept>
 
 #include "cli/machine.h"
 #include "cli/progress.h"
+#include "cli/station_casters.h"
 #include "core/output_file.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -65,6 +67,17 @@ std::vector<Pose> odometry_of(const Survey& survey, std::uint64_t seed) {
   return believed;
 }
 
+DataSetPair measured_pair(const Survey& survey, const StationPair& pair, const SurveyData& data) {
+  const Pose truth = survey.stations[pair.target].T_world_scanner.inverse() *
+                     survey.stations[pair.source].T_world_scanner;
+  return {
+      .target = pair.target,
+      .source = pair.source,
+      .overlap = overlap(KdTree(data.clouds[pair.target].points), data.clouds[pair.source], truth),
+      .truth = truth,
+      .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]};
+}
+
 bool is_survey_folder(const fs::path& folder) { return fs::exists(folder / "survey.yaml"); }
 
 // Pairs of a folder. What decides the points is what the files hold.
@@ -89,60 +102,68 @@ std::vector<ScanPair> read_pairs(const fs::path& folder) {
 
 }  // namespace
 
-SurveyData make_survey(const SurveyConfig& config, bool quiet) {
+SurveyData make_survey(const SurveyConfig& config, bool quiet, bool keep_clouds,
+                       const std::function<void(std::size_t, const Scan&)>& on_scan) {
   const Survey& survey = config.survey;
-  Scene scene;
-  {
-    Progress progress(fmt::format("building {}", survey.scene), 1, quiet);
-    scene = find_scene(survey.scene).make(survey.scene_settings, config.seed);
-    progress.update(1);
-  }
+  check(survey);
+  StationCasters casters(config, quiet);
+  std::vector<std::size_t> last_use(survey.stations.size(), 0);
+  for (const StationPair& pair : survey.pairs)
+    for (const std::size_t k : {pair.target, pair.source})
+      last_use[k] = std::max(last_use[k], std::max(pair.target, pair.source));
+
   SurveyData data;
-  {
-    Progress progress("scanning", survey.stations.size(), quiet);
-    data.scans = run_survey(survey, scene.mesh, config.seed,
-                            [&](std::size_t done) { progress.update(done); });
-  }
-  for (std::size_t k = 0; k < data.scans.size(); ++k)
-    if (data.scans[k].cloud.points.empty())
+  data.odometry = odometry_of(survey, config.seed);
+  data.clouds.resize(survey.stations.size());
+  std::vector<DataSetPair> pairs(survey.pairs.size());
+  Progress progress("scanning", survey.stations.size(), quiet);
+  const auto take = [&](std::size_t k, const Scan& scan) {
+    if (scan.cloud.points.empty())
       throw std::runtime_error(
           fmt::format("station {}: no beam of {} came back", k, survey.stations[k].scanner));
-  data.odometry = odometry_of(survey, config.seed);
-  for (const StationPair& pair : survey.pairs) {
-    const Scan& target = data.scans[pair.target];
-    const Scan& source = data.scans[pair.source];
-    const Pose truth = target.T_world_scanner.inverse() * source.T_world_scanner;
-    data.pairs.push_back(
-        {.target = pair.target,
-         .source = pair.source,
-         .overlap = overlap(KdTree(target.cloud.points), source.cloud, truth),
-         .truth = truth,
-         .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]});
-  }
+    if (on_scan) on_scan(k, scan);
+    data.points.push_back(scan.cloud.points.size());
+    data.beams.push_back(scan.beams);
+    if (keep_clouds || last_use[k] > 0) data.clouds[k] = scan.cloud;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (std::max(survey.pairs[i].target, survey.pairs[i].source) == k)
+        pairs[i] = measured_pair(survey, survey.pairs[i], data);
+    for (std::size_t other = 0; other <= k; ++other)
+      if (!keep_clouds && last_use[other] <= k) data.clouds[other] = {};
+    progress.update(k + 1);
+  };
+  run_survey(
+      survey, [&](std::size_t k) { return casters.at(k); }, config.seed, take);
+  data.pairs = pairs;
+  data.scene_json = casters.scene_json();
   return data;
 }
 
-void write_survey(const fs::path& folder, const SurveyConfig& config, const SurveyData& data,
-                  bool replace) {
+SurveyData write_survey(const fs::path& folder, const SurveyConfig& config, bool quiet,
+                        bool keep_clouds, bool replace) {
   if (replace && fs::exists(folder) && !is_survey_folder(folder) && !fs::is_empty(folder))
     throw std::runtime_error(folder.string() +
                              ": is not the folder of a survey; it stays as it is");
   OutputFolder output(folder, replace);
   const fs::path& path = output.temporary_path();
   fs::create_directory(path / "scans");
+  const SurveyData data = make_survey(
+      config, quiet, keep_clouds,
+      [&](std::size_t k, const Scan& scan) { write_file(path / scan_file(k), print_scan(scan)); });
   std::vector<double> times;
   std::vector<Pose> truth;
-  for (std::size_t k = 0; k < data.scans.size(); ++k) {
-    write_file(path / scan_file(k), print_scan(data.scans[k]));
+  for (std::size_t k = 0; k < data.points.size(); ++k) {
     times.push_back(scan_interval * static_cast<double>(k));
-    truth.push_back(data.scans[k].T_world_scanner);
+    truth.push_back(config.survey.stations[k].T_world_scanner);
   }
   write_file(path / "truth.tum", print_tum(times, truth));
   write_file(path / "odometry.tum", print_tum(times, data.odometry));
   write_file(path / "pairs.csv", print_pairs(data.pairs));
+  write_file(path / "scene.json", data.scene_json);
   write_file(path / "survey.yaml", fmt::format("# minescan {}, {}\n{}", version(), machine_text(),
                                                survey_config_yaml(config)));
   output.commit();
+  return data;
 }
 
 std::vector<ScanPair> scan_pairs(const SurveyConfig& config, const SurveyData& data) {
@@ -152,8 +173,8 @@ std::vector<ScanPair> scan_pairs(const SurveyConfig& config, const SurveyData& d
     pairs.push_back({.name = data.pairs.size() == 1 ? config.survey.name
                                                     : fmt::format("{}/{}", config.survey.name, k),
                      .origin = fmt::format("{} pair {}", survey_identity(config), k),
-                     .target = data.scans[pair.target].cloud,
-                     .source = data.scans[pair.source].cloud,
+                     .target = data.clouds.at(pair.target),
+                     .source = data.clouds.at(pair.source),
                      .T_target_source = pair.truth});
   }
   return pairs;
@@ -168,7 +189,7 @@ std::vector<ScanPair> load_pairs(const std::string& text, const Config& changes,
     return read_pairs(text);
   }
   const SurveyConfig config = load_survey_config(text, changes, seed);
-  return scan_pairs(config, make_survey(config, quiet));
+  return scan_pairs(config, make_survey(config, quiet, true));
 }
 
 }  // namespace minescan

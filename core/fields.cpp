@@ -41,6 +41,29 @@ bool read_bool(std::string_view text) {
   throw_expected("true | false", text);
 }
 
+std::vector<Eigen::Vector3d> read_points(std::string_view text, const Range& range) {
+  std::vector<Eigen::Vector3d> points;
+  for (const std::string& part : split(text, ',')) {
+    std::vector<std::string> numbers;
+    for (const std::string& number : split(part, ' '))
+      if (!number.empty()) numbers.push_back(number);
+    if (numbers.size() != 2 && numbers.size() != 3) throw_expected("'x y' or 'x y z'", part);
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      point[static_cast<Eigen::Index>(i)] = read_number(numbers[i], range, false);
+    points.push_back(point);
+  }
+  return points;
+}
+
+std::string value_text(const std::vector<Eigen::Vector3d>& v) {
+  std::vector<std::string> parts;
+  for (const Eigen::Vector3d& p : v)
+    parts.push_back(
+        fmt::format("{} {} {}", number_text(p.x()), number_text(p.y()), number_text(p.z())));
+  return join(parts, ", ");
+}
+
 std::string value_text(const std::vector<double>& v) {
   std::vector<std::string> parts;
   for (const double x : v) parts.push_back(number_text(x));

@@ -16,6 +16,7 @@ std::vector<Material> mine_materials() {
       {.name = "rubber", .reflectance = 0.08},
       {.name = "canvas", .reflectance = 0.60},
       {.name = "paint", .reflectance = 0.80},
+      {.name = "bedded-sandstone", .reflectance = 0.35},  // ceilings
   };
 }
 

@@ -21,6 +21,7 @@ enum MaterialIndex : std::uint8_t {
   rubber,
   canvas,
   paint,
+  bedded_sandstone,
 };
 
 /// All materials of a mine, without roughness. Reflectances at 785-905 nm. Dry rock, concrete and

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 
+#include "core/gradient_noise.h"
 #include "core/random.h"
 #include "core/text.h"
-#include "scenes/contour.h"
+#include "scenes/legs.h"
 #include "scenes/materials.h"
 
 namespace minescan {
@@ -19,13 +21,45 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// Overbreak is where a relief of unit RMS exceeds one; the mean excess there is 0.525 for a normal
+// one. Deeper than this many times the mean, the rock is taken to have held.
+constexpr double overbreak_level = 1;
+constexpr double overbreak_mean = 0.525;
+constexpr double overbreak_deepest = 2;
+
+// Halves of drill holes are left where the round has loosened no rock beyond them: about every
+// second one, over most of the round's length (assumed). Holes are 5 cm wide.
+constexpr double half_cast_radius = 0.025;
+constexpr double half_cast_share = 0.5;
+constexpr double half_cast_part = 0.8;
+
+// Wheel ruts of a loader (assumed), metres.
+constexpr double rut_track = 2.0;
+constexpr double rut_width = 0.25;        // where its depth has fallen to 1 / e, from the middle
+constexpr double rut_steepness = 0.8578;  // largest slope of exp(-x^2): sqrt(2 / e)
+
+// Wet patches: about this large (assumed), metres.
+constexpr double wet_patch = 3;
+
+// Water stands on floors flatter than this only.
+constexpr double level_floor = 0.002;
+
 Interval operator-(const Interval& a, const Interval& b) {
   return {a.low - b.high, a.high - b.low};
 }
+Interval operator+(const Interval& a, const Interval& b) {
+  return {a.low + b.low, a.high + b.high};
+}
 
-enum Part { wall, ceiling, floor_part, end_face, part_count };
+/// Both ends under a function that does not fall.
+template <class Function>
+Interval through(const Interval& x, Function&& f) {
+  return {f(x.low), f(x.high)};
+}
 
-/// Distances to the parts of a drift's surface, one number or interval for each.
+/// The surfaces of a drift that meet in rounded edges.
+enum Part { wall, ceiling, floor_part, part_count };
+
 template <class T>
 using Parts = std::array<T, part_count>;
 
@@ -45,131 +79,339 @@ double rounded_max(std::span<const double> distances, double r) {
   return *std::max_element(distances.begin(), distances.end());
 }
 
-/// A drift with what is the same at all places worked out.
-struct Frame {
-  Eigen::Vector2d from;
+Interval rounded_max(const Interval& a, const Interval& b, double r) {
+  return {rounded_max(std::array{a.low, b.low}, r), rounded_max(std::array{a.high, b.high}, r)};
+}
+
+/// Distances to the surfaces of one leg before displacement; negative inside.
+struct LegDistances {
+  LegPlace place = {};
+  Parts<double> parts = {};
+  double concrete = -infinity;  // to the nearest flat face
+};
+
+/// A leg with what is the same at all places worked out.
+struct LegShape {
+  Leg leg;
+  Parts<double> steepness = {1, 1, 1};  // how fast the distances change at most
+  double corner_radius = 0;
+  std::uint64_t seed = 0;  // of the drift's own
+
+  LegShape(const Leg& l, double radius, std::uint64_t field_seed)
+      : leg(l), corner_radius(radius), seed(derived_seed(field_seed, "drift " + l.drift)) {
+    const double arch = 4 * leg.arch / leg.width;
+    steepness[ceiling] = std::sqrt(1 + std::pow(std::abs(leg.slope) + arch, 2));
+    steepness[floor_part] = std::sqrt(1 + leg.slope * leg.slope);
+  }
+
+  LegDistances distances(const Eigen::Vector3d& p) const {
+    LegDistances d;
+    d.place = leg.place_of(p);
+    const double half = leg.width / 2;
+    const double across = std::min(d.place.lateral / half, 1.0);
+    d.parts = {d.place.lateral - half,
+               p.z() - d.place.floor - leg.height + leg.arch * across * across,
+               d.place.floor - p.z()};
+    const auto close = [&](End end, double distance) {
+      if (end == End::concrete) {
+        d.concrete = std::max(d.concrete, distance);
+      } else {
+        d.parts[wall] = rounded_max(std::array{d.parts[wall], distance}, corner_radius);
+      }
+    };
+    if (!leg.bend_from) close(leg.start, -d.place.along);
+    if (!leg.bend_to) close(leg.end, d.place.along - leg.length);
+    return d;
+  }
+};
+
+/// A pillar with what is the same at all places worked out.
+struct PillarShape {
+  Eigen::Vector2d centre;
   Eigen::Vector2d along;
-  double length;
-  Drift drift;
+  Eigen::Vector2d half;
   double corner_radius;
 
-  Frame(const Drift& d, double radius)
-      : from(d.from),
-        along((d.to - d.from).normalized()),
-        length((d.to - d.from).norm()),
-        drift(d),
-        corner_radius(radius) {}
+  PillarShape(const Pillar& p, double radius)
+      : centre(p.at.front().head<2>()),
+        along(std::cos(p.heading), std::sin(p.heading)),
+        half(p.length / 2, p.width / 2),
+        corner_radius(std::min(radius, half.minCoeff())) {}
 
-  /// Before displacement; negative inside.
-  Parts<double> distances(const Eigen::Vector3d& p) const {
-    const double dx = p.x() - from.x();
-    const double dy = p.y() - from.y();
-    const double u = dx * along.x() + dy * along.y();
-    const double v = dy * along.x() - dx * along.y();
-    Parts<double> d = {std::abs(v) - drift.width / 2, p.z() - drift.height, -p.z(), -infinity};
-    const auto close = [&](End end, double distance) {
-      double& part = d[end == End::rock ? wall : end_face];
-      part = rounded_max(std::array{part, distance}, corner_radius);
-    };
-    close(drift.end_from, -u);
-    close(drift.end_to, u - length);
-    return d;
+  /// Positive in the pillar, negative outside.
+  double depth(const Eigen::Vector3d& p) const {
+    const Eigen::Vector2d d = p.head<2>() - centre;
+    const double u = std::abs(d.dot(along)) - half.x() + corner_radius;
+    const double v = std::abs(along.x() * d.y() - along.y() * d.x()) - half.y() + corner_radius;
+    const double outside = std::hypot(std::max(u, 0.0), std::max(v, 0.0));
+    return corner_radius - outside - std::min(std::max(u, v), 0.0);
   }
 };
 
 class MineField {
  public:
   MineField(const Mine& mine, std::uint64_t seed, double finest)
-      : fixtures_(mine.fixtures),
-        corner_radius_(mine.rock.corner_radius),
-        wall_(mine.rock.wall, derived_seed(seed, "wall"), finest),
-        ceiling_(mine.rock.ceiling, derived_seed(seed, "ceiling"), finest),
-        floor_(mine.rock.floor, derived_seed(seed, "floor"), finest),
-        bedding_(mine.rock.bedding_step, mine.rock.bedding_plate, derived_seed(seed, "bedding")) {
-    for (const Drift& drift : mine.drifts) frames_.emplace_back(drift, corner_radius_);
-    bound_[wall] = wall_.bound();
-    bound_[ceiling] = ceiling_.bound() + bedding_.bound();
-    bound_[floor_part] = floor_.bound();
+      : rock_(mine.rock),
+        wall_(rock_.wall, derived_seed(seed, "wall"), finest),
+        ceiling_(rock_.ceiling, derived_seed(seed, "ceiling"), finest),
+        floor_(road_relief(rock_.floor_class, rock_.floor_inner, rock_.floor_outer),
+               derived_seed(seed, "floor"), finest),
+        concrete_(rock_.concrete, derived_seed(seed, "concrete"), finest),
+        overbreak_({.rms = rock_.overbreak > 0 ? 1.0 : 0.0,
+                    .inner = rock_.overbreak_scale / 2,
+                    .outer = rock_.overbreak_scale},
+                   derived_seed(seed, "overbreak"), 0),
+        wet_({.rms = rock_.wet_share > 0 ? 1.0 : 0.0, .inner = wet_patch / 8, .outer = wet_patch},
+             derived_seed(seed, "wet"), finest),
+        bedding_(rock_.bedding_step, rock_.bedding_plate, derived_seed(seed, "bedding")),
+        stones_(rock_.rock_density, rock_.rock_size, derived_seed(seed, "stones"), finest),
+        index_(legs_of(mine), margin()) {
+    for (const Leg& leg : index_.legs()) shapes_.emplace_back(leg, rock_.corner_radius, seed);
+    for (const auto& [name, pillar] : mine.pillars) {
+      if (pillar.at.size() != 1)
+        throw std::invalid_argument("pillar '" + name + "': expected at: one point, found " +
+                                    std::to_string(pillar.at.size()));
+      pillars_.emplace_back(pillar, rock_.corner_radius);
+    }
+    if (rock_.puddle_share > 0)
+      water_level_ = -normal_upper_quantile(rock_.puddle_share) *
+                     road_relief(rock_.floor_class, rock_.floor_inner, rock_.floor_outer).rms;
+    if (rock_.wet_share > 0) wet_level_ = normal_upper_quantile(rock_.wet_share);
+    if (rock_.half_cast_spacing > 0 && !(rock_.half_cast_spacing >= 8 * half_cast_radius))
+      throw std::invalid_argument("half-cast-spacing: expected 0 or at least " +
+                                  number_text(8 * half_cast_radius) + " m, found " +
+                                  number_text(rock_.half_cast_spacing));
+    // Grooves that no edge of the mesh would show are left out.
+    half_casts_ = rock_.half_cast_spacing > 0 && finest <= 2 * half_cast_radius;
   }
-
-  /// Largest displacement anywhere.
-  double bound() const { return *std::max_element(bound_.begin(), bound_.end()); }
 
   struct Value {
     Interval interval = {};
-    std::uint8_t material = sandstone;  // only meaningful for radius 0
+    std::uint8_t material = sandstone;  // these two only meaningful for radius 0
+    std::uint8_t face = 0;
   };
 
   /// The displaced field in a ball. Relief takes most of the time, so it is evaluated only where it
   /// can change the result: first all is bounded without it.
   Value value(const Eigen::Vector3d& p, double radius) const {
+    const std::span<const std::uint32_t> near = index_.near(p, radius);
     double lowest_high = infinity;
-    for (const Frame& frame : frames_)
-      lowest_high = std::min(lowest_high, united(loose(frame.distances(p), radius)).high);
+    for (const std::uint32_t i : near)
+      lowest_high = std::min(lowest_high, loose(shapes_[i].distances(p), shapes_[i], radius).high);
 
     ReliefHere relief{*this, p, radius};
+    // Legs that are not near are farther than this.
     Value result = {.interval = {infinity, infinity}};
-    for (const Frame& frame : frames_) {
-      const Parts<double> distance = frame.distances(p);
-      Parts<Interval> parts = loose(distance, radius);
-      if (united(parts).low > lowest_high) continue;
-      for (int part = 0; part < part_count; ++part)
-        if (matters(parts, part))
-          parts[part] = Interval{distance[part] - radius, distance[part] + radius} - relief[part];
-      const Interval drift = united(parts);
-      if (drift.low < result.interval.low) result.material = material_of(parts);
-      result.interval.low = std::min(result.interval.low, drift.low);
-      result.interval.high = std::min(result.interval.high, drift.high);
+    if (radius <= LegIndex::reach) result.interval.low = LegIndex::reach - radius;
+    for (const std::uint32_t i : near) {
+      const LegShape& shape = shapes_[i];
+      const LegDistances d = shape.distances(p);
+      if (loose(d, shape, radius).low > lowest_high) continue;
+      Parts<Interval> parts = loose_parts(d, shape, radius);
+      for (int part = 0; part < part_count; ++part) {
+        if (!matters(parts, part)) continue;
+        const double r = radius * shape.steepness[part];
+        parts[part] = Interval{d.parts[part] - r, d.parts[part] + r} -
+                      displacement(part, d.place, shape, relief);
+      }
+      Interval concrete = {-infinity, -infinity};
+      if (d.concrete > -infinity)
+        concrete = Interval{d.concrete - radius, d.concrete + radius} - relief[concrete_relief];
+      const Interval rough = united(parts);
+      const Interval leg = {std::max(rough.low, concrete.low), std::max(rough.high, concrete.high)};
+      if (leg.low < result.interval.low) {
+        const bool flat = concrete.low > rough.low;
+        result.material = flat ? static_cast<std::uint8_t>(::minescan::concrete)
+                               : material_of(parts, d.place, shape.leg, relief);
+        result.face = flat ? 1 : 0;
+      }
+      result.interval.low = std::min(result.interval.low, leg.low);
+      result.interval.high = std::min(result.interval.high, leg.high);
     }
-    for (const Fixture& box : fixtures_) {
-      const double above_bottom = p.z() - box.bottom;
-      if (above_bottom + radius <= result.interval.low) continue;  // nothing of it is near
-      const double inside = std::min(above_bottom, -distance_in_plan(box, p));
-      if (inside - radius > result.interval.low) result.material = fixture;
-      result.interval.low = std::max(result.interval.low, inside - radius);
-      result.interval.high = std::max(result.interval.high, inside + radius);
-    }
+    for (const PillarShape& pillar : pillars_) add_pillar(pillar, p, radius, relief, result);
     return result;
   }
 
+  std::vector<Material> materials() const {
+    std::vector<Material> list = mine_materials();
+    const auto roughen = [&](std::uint8_t material, const Relief& relief) {
+      list[material].roughness = relief.left_out().height;
+      list[material].fine_slope = relief.left_out().slope;
+    };
+    roughen(sandstone, wall_);
+    roughen(wet_sandstone, wall_);
+    roughen(bedded_sandstone, ceiling_);
+    roughen(gravel, floor_);
+    roughen(::minescan::concrete, concrete_);
+    return list;
+  }
+
+  const std::vector<Leg>& legs() const { return index_.legs(); }
+
+  /// Largest displacement of any surface.
+  double margin() const {
+    const double hollow =
+        overbreak_deepest * rock_.overbreak + wall_.bound() + rock_.look_out / 2 + half_cast_radius;
+    return std::max({hollow, ceiling_bound(), floor_bound(), concrete_.bound()});
+  }
+
  private:
-  /// Displacements at one place, each evaluated when it is first asked for.
+  /// What is the same for all legs at one place, each evaluated when it is first asked for.
+  enum Shared {
+    wall_relief,
+    ceiling_relief,
+    floor_relief,
+    concrete_relief,
+    overbreak_relief,
+    shared_count
+  };
   struct ReliefHere {
     const MineField& field;
     const Eigen::Vector3d& place;
     double radius;
-    Parts<Interval> values = {};
-    Parts<bool> known = {};
+    std::array<Interval, shared_count> values = {};
+    std::array<bool, shared_count> known = {};
 
-    const Interval& operator[](int part) {
-      if (!known[part]) values[part] = field.relief(part, place, radius);
-      known[part] = true;
-      return values[part];
+    const Interval& operator[](Shared which) {
+      const auto i = static_cast<std::size_t>(which);
+      if (!known[i]) values[i] = field.shared(which, place, radius);
+      known[i] = true;
+      return values[i];
     }
   };
 
-  Interval relief(int part, const Eigen::Vector3d& p, double radius) const {
-    switch (part) {
-      case wall:
+  double wall_bound() const {
+    return wall_.bound() + overbreak_deepest * rock_.overbreak + rock_.look_out / 2 +
+           half_cast_radius;
+  }
+  double ceiling_bound() const {
+    return ceiling_.bound() + bedding_.bound() + overbreak_deepest * rock_.overbreak;
+  }
+  double floor_bound() const { return floor_.bound() + stones_.bound() + rock_.rut_depth; }
+  double bound_of(int part) const {
+    return part == wall ? wall_bound() : part == ceiling ? ceiling_bound() : floor_bound();
+  }
+
+  Interval shared(Shared which, const Eigen::Vector3d& p, double radius) const {
+    switch (which) {
+      case wall_relief:
         return wall_.range(p, radius);
-      case ceiling: {
-        const Interval rough = ceiling_.range(p, radius);
-        const Interval step = bedding_.range(p, radius);
-        return {rough.low + step.low, rough.high + step.high};
-      }
-      case floor_part:
-        return floor_.range(p, radius);
+      case ceiling_relief:
+        return ceiling_.range(p, radius) + bedding_.range(p, radius);
+      case floor_relief:
+        return floor_.range(p, radius) + stones_.range(p, radius);
+      case concrete_relief:
+        return concrete_.range(p, radius);
       default:
-        return {0, 0};
+        if (rock_.overbreak == 0) return {0, 0};
+        return through(overbreak_.range(p, radius), [this](double height) {
+          const double depth = std::max(0.0, height - overbreak_level) / overbreak_mean;
+          return rock_.overbreak * std::min(depth, overbreak_deepest);
+        });
     }
   }
 
-  Parts<Interval> loose(const Parts<double>& distance, double radius) const {
+  /// By how much a surface lies beyond its place, into the rock.
+  Interval displacement(int part, const LegPlace& place, const LegShape& shape,
+                        ReliefHere& relief) const {
+    switch (part) {
+      case wall:
+        return relief[wall_relief] + relief[overbreak_relief] +
+               saw_tooth(shape.leg.chainage + place.along, relief.radius) +
+               half_casts(place, shape, relief);
+      case ceiling:
+        return relief[ceiling_relief] + relief[overbreak_relief];
+      default: {
+        const Interval height = floor_height(place, shape.leg, relief);
+        return {-height.high, -height.low};
+      }
+    }
+  }
+
+  /// Drilling leans outwards, to make room for the drill in the next round; around its mean.
+  Interval saw_tooth(double chainage, double radius) const {
+    if (rock_.look_out == 0) return {0, 0};
+    const double from = (chainage - radius) / rock_.round_length;
+    const double to = (chainage + radius) / rock_.round_length;
+    if (std::floor(from) != std::floor(to)) return {-rock_.look_out / 2, rock_.look_out / 2};
+    const double steps = std::floor(from);
+    return {rock_.look_out * (from - steps - 0.5), rock_.look_out * (to - steps - 0.5)};
+  }
+
+  /// Grooves along the drift at multiples of the spacing, each with its own small shift.
+  Interval half_casts(const LegPlace& place, const LegShape& shape,
+                      const ReliefHere& relief) const {
+    if (!half_casts_) return {0, 0};
+    const Interval any = {0, half_cast_radius};
+    const double spacing = rock_.half_cast_spacing;
+    if (relief.radius > spacing / 4) return any;
+    const double chainage = shape.leg.chainage + place.along;
+    const double z = relief.place.z() - place.floor;
+    const auto round = static_cast<std::int64_t>(std::floor(chainage / rock_.round_length));
+    const auto hole = static_cast<std::int64_t>(std::floor(z / spacing));
+    const double within = chainage - static_cast<double>(round) * rock_.round_length;
+    const double longest = half_cast_part * rock_.round_length;
+    // A ball over either end of a groove, or over the axis, holds more than one of them.
+    const double border = std::min(
+        {within, std::abs(within - longest), rock_.round_length - within, std::abs(place.side)});
+    if (relief.radius > 0 && border <= relief.radius) return any;
+    if (within > longest) return {0, 0};
+    const std::int64_t side = place.side > 0 ? 1 : 0;
+    const auto uniform = [&](std::int64_t purpose) {
+      return lattice_uniform(round, hole, 2 * purpose + side, shape.seed);
+    };
+    if (uniform(0) >= half_cast_share) return {0, 0};
+    const double middle = (static_cast<double>(hole) + 0.4 + 0.2 * uniform(1)) * spacing;
+    const auto depth = [](double distance) {
+      const double t = distance / half_cast_radius;
+      return t < 1 ? half_cast_radius * std::sqrt(1 - t * t) : 0.0;
+    };
+    // The height above a sloping floor changes by up to 1.2 of the distance; a ball that reaches
+    // over to the next hole's part of the wall still keeps away from that hole.
+    const double distance = std::abs(z - middle);
+    const double reach = 1.2 * relief.radius;
+    return {depth(distance + reach), depth(std::max(0.0, distance - reach))};
+  }
+
+  /// Of stones and relief, with ruts; without water.
+  Interval dry_floor(const LegPlace& place, const Leg& leg, ReliefHere& relief) const {
+    Interval height = relief[floor_relief];
+    if (rock_.rut_depth > 0 && leg.width > rut_track + 4 * rut_width) {
+      const double t = (std::abs(place.side) - rut_track / 2) / rut_width;
+      const double depth = rock_.rut_depth * std::exp(-t * t);
+      const double change = rock_.rut_depth * rut_steepness / rut_width * relief.radius;
+      height = height -
+               Interval{std::max(0.0, depth - change), std::min(rock_.rut_depth, depth + change)};
+    }
+    return height;
+  }
+
+  Interval floor_height(const LegPlace& place, const Leg& leg, ReliefHere& relief) const {
+    const Interval dry = dry_floor(place, leg, relief);
+    if (!holds_water(leg)) return dry;
+    return through(dry, [this](double height) { return std::max(height, water_level_); });
+  }
+
+  bool holds_water(const Leg& leg) const {
+    return water_level_ > -infinity && std::abs(leg.slope) <= level_floor;
+  }
+
+  Parts<Interval> loose_parts(const LegDistances& d, const LegShape& shape, double radius) const {
     Parts<Interval> parts = {};
-    for (int part = 0; part < part_count; ++part)
-      parts[part] = {distance[part] - radius - bound_[part],
-                     distance[part] + radius + bound_[part]};
+    for (int part = 0; part < part_count; ++part) {
+      const double slack = radius * shape.steepness[part] + bound_of(part);
+      parts[part] = {d.parts[part] - slack, d.parts[part] + slack};
+    }
     return parts;
+  }
+
+  /// Bounds of a leg without any relief.
+  Interval loose(const LegDistances& d, const LegShape& shape, double radius) const {
+    Interval result = united(loose_parts(d, shape, radius));
+    const double slack = radius + concrete_.bound();
+    result.low = std::max(result.low, d.concrete - slack);
+    result.high = std::max(result.high, d.concrete + slack);
+    return result;
   }
 
   /// The open space is within all parts.
@@ -180,85 +422,135 @@ class MineField {
       low[part] = parts[part].low;
       high[part] = parts[part].high;
     }
-    return {rounded_max(low, corner_radius_), rounded_max(high, corner_radius_)};
+    return {rounded_max(low, rock_.corner_radius), rounded_max(high, rock_.corner_radius)};
   }
 
   /// Whether a part's exact interval could change `united`.
   bool matters(const Parts<Interval>& parts, int part) const {
-    if (parts[part].high > -corner_radius_) return true;
+    if (parts[part].high > -rock_.corner_radius) return true;
     for (int other = 0; other < part_count; ++other)
       if (other != part && parts[part].high <= parts[other].low) return false;
     return true;
   }
 
-  static std::uint8_t material_of(const Parts<Interval>& parts) {
-    const double rock = std::max(parts[wall].low, parts[ceiling].low);
-    if (parts[end_face].low > std::max(rock, parts[floor_part].low)) return concrete;
-    return parts[floor_part].low > rock ? gravel : sandstone;
+  std::uint8_t material_of(const Parts<Interval>& parts, const LegPlace& place, const Leg& leg,
+                           ReliefHere& relief) const {
+    if (relief.radius > 0) return sandstone;
+    const bool is_floor = parts[floor_part].low > std::max(parts[wall].low, parts[ceiling].low);
+    if (is_floor)
+      return holds_water(leg) && dry_floor(place, leg, relief).low < water_level_ ? water : gravel;
+    if (is_wet(relief.place)) return wet_sandstone;
+    return parts[ceiling].low > parts[wall].low ? bedded_sandstone : sandstone;
   }
 
-  static double distance_in_plan(const Fixture& box, const Eigen::Vector3d& p) {
-    const double dx = p.x() - box.centre.x();
-    const double dy = p.y() - box.centre.y();
-    const double u = dx * box.along.x() + dy * box.along.y();
-    const double v = dy * box.along.x() - dx * box.along.y();
-    return std::max(std::abs(u) - box.length / 2, std::abs(v) - box.width / 2);
+  bool is_wet(const Eigen::Vector3d& p) const {
+    return wet_level_ < infinity && wet_.at(p) > wet_level_;
   }
 
-  std::vector<Frame> frames_;
-  std::vector<Fixture> fixtures_;
-  double corner_radius_;
+  /// Rock in the open space.
+  void add_pillar(const PillarShape& pillar, const Eigen::Vector3d& p, double radius,
+                  ReliefHere& relief, Value& result) const {
+    const double depth = pillar.depth(p);
+    const double slack = radius + wall_bound();
+    Interval rock = {depth - slack, depth + slack};
+    // Relief is evaluated only where it could change the result.
+    if (rock.high > -rock_.corner_radius)
+      rock = Interval{depth - radius, depth + radius} - relief[wall_relief];
+    if (rock.low > result.interval.low) {
+      result.material = is_wet(p) ? wet_sandstone : sandstone;
+      result.face = 0;
+    }
+    result.interval = rounded_max(result.interval, rock, rock_.corner_radius);
+  }
+
+  RockOptions rock_;
   Relief wall_;
   Relief ceiling_;
   Relief floor_;
+  Relief concrete_;
+  Relief overbreak_;
+  Relief wet_;
   Bedding bedding_;
-  Parts<double> bound_ = {};
+  LooseRocks stones_;
+  double water_level_ = -infinity;
+  double wet_level_ = infinity;
+  bool half_casts_ = false;
+  LegIndex index_;
+  std::vector<LegShape> shapes_;
+  std::vector<PillarShape> pillars_;
 };
 
-void check(const Mine& mine) {
-  if (mine.drifts.empty()) throw std::invalid_argument("mine: expected at least one drift");
-  for (const Drift& d : mine.drifts) {
-    const double length = (d.to - d.from).norm();
-    if (!(length > 0 && d.width > 0 && d.height > 0 && std::isfinite(length * d.width * d.height)))
-      throw std::invalid_argument(
-          "mine: expected a drift with length, width and height > 0, found " + number_text(length) +
-          ", " + number_text(d.width) + ", " + number_text(d.height) + " m");
-  }
+// A person's eyes, metres above the floor, and where they stand: a little into the drift.
+constexpr double eye_height = 1.7;
+constexpr double eye_part = 0.2;
+constexpr double eye_farthest = 15;
+
+Pose view_of(const CentreLine& line) {
+  const double at = std::min(eye_part * length_of(line), eye_farthest);
+  return Pose(frame_on(line, at) *
+              Eigen::Translation3d(0, 0, std::min(eye_height, line.height / 2)));
 }
 
 }  // namespace
 
-ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double finest) {
-  check(mine);
-  const auto field = std::make_shared<const MineField>(mine, seed, finest);
+Mine with_names(Mine mine, const Settings& given) {
+  add_named_parts(mine.drifts, "drifts.", given);
+  add_named_parts(mine.pillars, "pillars.", given);
+  add_named_parts(mine.things, "things.", given);
+  return mine;
+}
+
+ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_length) {
+  const auto field = std::make_shared<const MineField>(mine, seed, 2 * edge_length);
   ImplicitSurface surface;
-  surface.materials = mine_materials();
+  surface.materials = field->materials();
   surface.at = [field](const Eigen::Vector3d& p) {
     const MineField::Value value = field->value(p, 0);
-    return ImplicitSurface::Sample{value.interval.low, value.material};
+    return ImplicitSurface::Sample{value.interval.low, value.material, value.face};
   };
   surface.range = [field](const Eigen::Vector3d& centre, double radius) {
     return field->value(centre, radius).interval;
   };
-  for (const Drift& d : mine.drifts) {
-    const double length = (d.to - d.from).norm();
-    surface.area += 2 * ((d.width + d.height) * length + d.width * d.height);
-    for (const Eigen::Vector2d& end : {d.from, d.to}) {
-      // Half a width in all directions covers the section for any heading.
-      const Eigen::Vector2d reach = Eigen::Vector2d::Constant(d.width / 2);
-      const Eigen::Vector2d low = end - reach, high = end + reach;
-      surface.bounds.extend(Eigen::Vector3d(low.x(), low.y(), 0));
-      surface.bounds.extend(Eigen::Vector3d(high.x(), high.y(), d.height));
+  for (const Leg& leg : field->legs()) {
+    surface.area += 2 * (leg.width + leg.height) * leg.length;
+    if (!leg.bend_from) surface.area += leg.width * leg.height;
+    if (!leg.bend_to) surface.area += leg.width * leg.height;
+    for (const double s : {0.0, leg.length}) {
+      const Eigen::Vector2d place = leg.from + s * leg.direction;
+      const double floor = leg.floor + s * leg.slope;
+      // Half a width to all sides covers the section for any heading.
+      const Eigen::Vector2d reach = Eigen::Vector2d::Constant(leg.width / 2);
+      const Eigen::Vector2d low = place - reach, high = place + reach;
+      surface.bounds.extend(Eigen::Vector3d(low.x(), low.y(), floor));
+      surface.bounds.extend(Eigen::Vector3d(high.x(), high.y(), floor + leg.height));
     }
   }
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(field->bound());
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(field->margin());
   surface.bounds.min() -= margin;
   surface.bounds.max() += margin;
   return surface;
 }
 
-TriangleMesh mesh_of(const Mine& mine, std::uint64_t seed, double edge_length) {
-  return contour(surface_of(mine, seed, 2 * edge_length), edge_length);
+Scene scene_of(const std::string& name, const Mine& mine, const MeshOptions& mesh,
+               std::uint64_t seed) {
+  Scene scene{.name = name, .mesh = mesh, .centre_lines = centre_lines(mine)};
+  scene.T_world_view = view_of(scene.centre_lines.front());
+  const auto shared = std::make_shared<const Mine>(mine);
+  scene.surface = [shared, seed](double edge_length) {
+    return surface_of(*shared, seed, edge_length);
+  };
+  if (mine.furnished && !mine.things.empty()) {
+    std::vector<ThingRun> runs;
+    for (const auto& [unused, run] : mine.things) runs.push_back(run);
+    // Chords of the mesh cut off relief up to about a tenth of an edge (measured).
+    const double clearance = 0.01 + mesh.edge_length / 4;
+    scene.things = [runs, lines = scene.centre_lines,
+                    rock = surface_of(mine, seed, mesh.edge_length),
+                    clearance](const Eigen::AlignedBox2d& region) {
+      return things_in(runs, lines, rock, clearance, region);
+    };
+  }
+  return scene;
 }
 
 }  // namespace minescan

@@ -1,93 +1,187 @@
 // SPDX-License-Identifier: MIT
-// A mine as data: drifts with flat roofs in one plane, as rooms and tunnels of a room-and-pillar
-// mine are, what hangs from the roof, and how rough the rock is. Scenes fill in a Mine; `mesh_of`
-// makes the triangles.
+// A mine as data, as a survey sheet has it: drifts by their centre lines and sections, pillars,
+// what was put into them, and how rough the rock is. `scene_of` makes a scene of it.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "core/cloud.h"
 #include "core/fields.h"
 #include "scenes/implicit.h"
+#include "scenes/named_parts.h"
 #include "scenes/roughness.h"
+#include "scenes/scene.h"
+#include "scenes/things.h"
 
 namespace minescan {
 
+/// What closes the end of a drift: rough rock, or a flat face of cast concrete with sharp edges.
 enum class End { rock, concrete };
+constexpr auto names_of(End) { return std::to_array<std::string_view>({"rock", "concrete"}); }
 
-/// A straight drift of rectangular section, floor at z = 0. Drifts that overlap are one open space.
+/// How the points of a centre line are joined: by straight legs, or by a smooth curve through them
+/// (centripetal Catmull-Rom spline).
+enum class Course { straight, spline };
+constexpr auto names_of(Course) { return std::to_array<std::string_view>({"straight", "spline"}); }
+
+/// A drift (tunnel, passage, niche) with the section `width` x `height` around its centre line.
+/// Drifts that overlap are one open space. It has either a line of its own or leaves another drift
+/// at right angles.
 struct Drift {
-  Eigen::Vector2d from = Eigen::Vector2d::Zero();  // on the axis, at the faces of both ends
-  Eigen::Vector2d to = Eigen::Vector2d::UnitX();
+  std::vector<Eigen::Vector3d> line = {};  // at floor level, from face to face
+  Course course = Course::straight;
+  std::string off = {};    // the drift it leaves, in place of a line
+  double at = 0;           // where: metres along that drift's line
+  Side side = Side::left;  // of that drift
+  double length = 10;      // from that drift's wall to the face
   double width = 10;
-  double height = 6;
-  End end_from = End::rock;
-  End end_to = End::rock;  // a cast concrete face is flat
+  double height = 6;  // floor to ceiling in the middle
+  double arch = 0;    // how much lower the ceiling is at the walls
+  End start = End::rock;
+  End end = End::rock;
 };
 
-/// A box hanging from the roof.
-struct Fixture {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  Eigen::Vector2d along = Eigen::Vector2d::UnitX();  // unit vector
-  double length = 1.5;
-  double width = 0.3;
-  double bottom = 5.7;  // z of its lower side; it reaches up into the rock
+template <class Visitor>
+void fields(Drift& o, Visitor&& field) {
+  field("line", o.line, between(-1e5, 1e5), "m", "centre line at floor level, from face to face");
+  field("course", o.course, "how the points of the line are joined");
+  field("off", o.off, "name of the drift it leaves at right angles, in place of a line");
+  field("at", o.at, not_negative, "m", "where it leaves, along that drift's line");
+  field("side", o.side, "to which side it leaves");
+  field("length", o.length, above_up_to(0, 1e4), "m", "from that drift's wall to the face");
+  field("width", o.width, between(1, 50), "m", "wall to wall");
+  field("height", o.height, between(1, 30), "m", "floor to ceiling in the middle");
+  field("arch", o.arch, between(0, 15), "m", "how much lower the ceiling is at the walls");
+  field("start", o.start, "the face at the first point; never of a drift that leaves another");
+  field("end", o.end, "the face at the last point");
+}
+
+/// Rock left standing, from floor to ceiling.
+struct Pillar {
+  std::vector<Eigen::Vector3d> at = {{0, 0, 0}};  // one point, its middle
+  double length = 4;
+  double width = 4;
+  double heading = 0;  // of its length, radians from the x axis
 };
 
-/// Rock surfaces of a sandstone mine. The relief of the walls is assumed from joints in rock (self-
-/// affine, Hurst exponents of 0.6-0.9 up to metres) and blasting overbreak; the roof follows the
-/// bedding; the floor is a gravel road of class D to E of ISO 8608 (density ~ k^-2, so H = 0.5; 9.9
-/// and 19.9 mm RMS over wavelengths of 0.35-10 m).
+template <class Visitor>
+void fields(Pillar& o, Visitor&& field) {
+  field("at", o.at, between(-1e5, 1e5), "m", "its middle");
+  field("length", o.length, between(0.5, 100), "m", "along its heading");
+  field("width", o.width, between(0.5, 100), "m", "across");
+  field("heading", o.heading, between(-7, 7), "rad", "from the x axis, to the left");
+}
+
+/// Rock surfaces of a sandstone mine blasted in rounds. Statistics of the walls are from natural
+/// joints (Hurst exponent 0.6-0.9 up to metres) and sandstone at the scale of grains (0.46, Ponson
+/// et al. 2006); the other figures are assumed, chosen for a mine with flat ceilings and fairly
+/// straight walls.
 struct RockOptions {
-  ReliefBand wall = {.rms = 0.07, .hurst = 0.75};
-  ReliefBand ceiling = {.rms = 0.015, .hurst = 0.75};
-  ReliefBand floor = {.rms = 0.015, .hurst = 0.5};
-  double bedding_step = 0.04;  // assumed
-  double bedding_plate = 2.5;  // assumed
-  double corner_radius = 0.4;  // where faces meet; assumed
+  ReliefBand wall = {.rms = 0.07, .hurst = 0.75, .fine_hurst = 0.5, .fine_below = 0.3};
+  ReliefBand ceiling = {.rms = 0.015, .hurst = 0.75, .fine_hurst = 0.5, .fine_below = 0.3};
+  ReliefBand concrete = {.rms = 0, .hurst = 0.75, .outer = 2};
+  RoadClass floor_class = RoadClass::D;
+  double floor_inner = 0.05;
+  double floor_outer = 10;
+  double bedding_step = 0.04;
+  double bedding_plate = 2.5;
+  double overbreak = 0.15;
+  double overbreak_scale = 4;
+  double round_length = 4;
+  double look_out = 0.1;
+  double half_cast_spacing = 0.7;
+  double rock_density = 0.15;
+  double rock_size = 0.3;
+  double rut_depth = 0.03;
+  double wet_share = 0;
+  double puddle_share = 0;
+  double corner_radius = 0.4;
 };
 
 template <class Visitor>
 void fields(RockOptions& o, Visitor&& field) {
   const Range rms = between(0, 0.5);
   const Range hurst = above_up_to(0, 1);
-  const Range wavelength = between(0.01, 100);
+  const Range wavelength = between(0.005, 100);
   field("wall-rms", o.wall.rms, rms, "m", "relief of the walls, RMS over its band of wavelengths");
-  field("wall-hurst", o.wall.hurst, hurst, "", "Hurst exponent of the walls");
+  field("wall-hurst", o.wall.hurst, hurst, "", "Hurst exponent of the walls' longer waves");
+  field("wall-fine-hurst", o.wall.fine_hurst, hurst, "", "and of the shorter ones");
+  field("wall-fine-below", o.wall.fine_below, between(0, 100), "m", "where these begin");
   field("wall-inner", o.wall.inner, wavelength, "m", "shortest wavelength of the walls' relief");
   field("wall-outer", o.wall.outer, wavelength, "m", "longest wavelength of the walls' relief");
   field("ceiling-rms", o.ceiling.rms, rms, "m", "relief of the ceiling, without its bedding steps");
-  field("ceiling-hurst", o.ceiling.hurst, hurst, "", "Hurst exponent of the ceiling");
-  field("floor-rms", o.floor.rms, rms, "m", "relief of the floor");
-  field("floor-hurst", o.floor.hurst, hurst, "", "Hurst exponent of the floor");
+  field("ceiling-hurst", o.ceiling.hurst, hurst, "", "Hurst exponent of its longer waves");
+  field("ceiling-fine-hurst", o.ceiling.fine_hurst, hurst, "", "and of the shorter ones");
+  field("ceiling-fine-below", o.ceiling.fine_below, between(0, 100), "m", "where these begin");
+  field("ceiling-inner", o.ceiling.inner, wavelength, "m", "shortest wavelength of the ceiling");
+  field("ceiling-outer", o.ceiling.outer, wavelength, "m", "longest wavelength of the ceiling");
+  field("concrete-rms", o.concrete.rms, rms, "m", "relief of concrete faces, 0.05 to 2 m long");
+  field("floor-class", o.floor_class, "roughness of the floor by ISO 8608; gravel roads: D, E");
+  field("floor-inner", o.floor_inner, wavelength, "m", "shortest wavelength of the floor");
+  field("floor-outer", o.floor_outer, wavelength, "m", "longest wavelength of the floor");
   field("bedding-step", o.bedding_step, rms, "m", "height of a bedding step of the ceiling");
   field("bedding-plate", o.bedding_plate, between(0.2, 50), "m",
         "size of the plates between steps");
+  field("overbreak", o.overbreak, rms, "m",
+        "how deep rock has come out beyond the outline where it has, typically");
+  field("overbreak-scale", o.overbreak_scale, between(0.5, 50), "m", "size of such places");
+  field("round-length", o.round_length, between(0.5, 20), "m", "advance per blasting round");
+  field("look-out", o.look_out, rms, "m",
+        "by how much the walls widen over a round, to fall back at the next: a saw-tooth");
+  field("half-cast-spacing", o.half_cast_spacing, between(0, 5), "m",
+        "height between halves of drill holes in the walls, 5 cm wide; 0: none");
+  field("rock-density", o.rock_density, between(0, 1), "1/m^2", "loose rocks on the floor");
+  field("rock-size", o.rock_size, between(0, 1), "m", "the largest of them; the smallest: a third");
+  field("rut-depth", o.rut_depth, between(0, 0.3), "m", "wheel ruts along the drifts");
+  field("wet-share", o.wet_share, between(0, 0.95), "", "part of walls and ceiling that is wet");
+  field("puddle-share", o.puddle_share, between(0, 0.5), "",
+        "part of level floors under water, about; water fills the lowest places");
   field("corner-radius", o.corner_radius, between(0, 2), "m",
         "rounding where walls, ceiling and floor meet");
 }
 
-/// How far light fixtures hang below the roof; assumed.
-inline constexpr double fixture_drop = 0.3;
-
+/// Drifts, pillars and things go by names, so that a configuration can change one of them.
 struct Mine {
-  std::vector<Drift> drifts = {};
-  std::vector<Fixture> fixtures = {};
+  std::map<std::string, Drift> drifts = {};
+  std::map<std::string, Pillar> pillars = {};
+  std::map<std::string, ThingRun> things = {};
+  bool furnished = true;  // whether the things are there
   RockOptions rock = {};
 };
 
-/// The mine as a function of space, its relief drawn by `seed`; wavelengths below `finest` left
-/// out. Throws std::invalid_argument for a mine without drifts or a drift without length, width or
-/// height.
-ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double finest);
+template <class Visitor>
+void fields(Mine& o, Visitor&& field) {
+  for (auto& [name, drift] : o.drifts) fields(drift, under("drifts." + name + ".", field));
+  for (auto& [name, pillar] : o.pillars) fields(pillar, under("pillars." + name + ".", field));
+  for (auto& [name, run] : o.things) fields(run, under("things." + name + ".", field));
+  field("furnished", o.furnished, "whether the things are there");
+  fields(o.rock, field);
+}
 
-/// Sides of triangles that make sense: below 1 cm the relief has no more to show, above 2 m a drift
-/// is no longer a drift.
-inline constexpr Range edge_length_range = between(0.01, 2);
+/// `mine` with the further drifts, pillars and things that `given` names ("drifts.NAME.width"),
+/// at their defaults.
+Mine with_names(Mine mine, const Settings& given);
 
-/// Its triangles; relief that they cannot show (below two edges) is left out.
-TriangleMesh mesh_of(const Mine& mine, std::uint64_t seed, double edge_length);
+/// The centre lines of all drifts at floor level, splines as short chords and drifts that leave
+/// others in the world's frame. Throws std::invalid_argument for a drift that cannot be built.
+std::vector<CentreLine> centre_lines(const Mine& mine);
+
+/// The mine as a function of space with the relief that edges of `edge_length` can show, drawn by
+/// `seed`: relief of wavelengths from two edges up displaces the surface, what is finer goes into
+/// the materials' roughness. All relief belongs to the world, not to the mesh.
+///
+/// throws  std::invalid_argument for a mine without drifts, a drift that does not name its line,
+/// leaves
+///         itself, or turns back on itself, and for drifts that meet on different levels
+ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_length);
+
+/// The mine as a scene, seen from inside its first drift.
+Scene scene_of(const std::string& name, const Mine& mine, const MeshOptions& mesh,
+               std::uint64_t seed);
 
 }  // namespace minescan

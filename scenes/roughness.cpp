@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -31,15 +32,34 @@ Relief::Relief(const ReliefBand& band, std::uint64_t seed, double finest) {
                                 " m");
   // Octave k has wavelength outer / 2^k. For a density ~ k^-(1 + 2 H), the variance in an octave
   // goes with wavelength^(2 H); all octaves of the band together have variance rms^2.
+  if (!(band.hurst > 0 && band.hurst <= 1 && band.fine_hurst > 0 && band.fine_hurst <= 1))
+    throw std::invalid_argument("relief: expected Hurst exponents in (0, 1], found " +
+                                number_text(band.hurst) + " and " + number_text(band.fine_hurst));
+  // Octave k has wavelength outer / 2^k. For a density ~ k^-(1 + 2 H), the variance in an octave
+  // goes with wavelength^(2 H); all octaves of the band together have variance rms^2.
+  const auto variance_of = [&](double wavelength) {
+    const double knee = std::min(band.fine_below, band.outer);
+    if (wavelength >= knee) return std::pow(wavelength / band.outer, 2 * band.hurst);
+    return std::pow(knee / band.outer, 2 * band.hurst) *
+           std::pow(wavelength / knee, 2 * band.fine_hurst);
+  };
   double variances = 0;
-  for (double wavelength = band.outer; wavelength >= band.inner; wavelength /= 2) {
-    const double variance = std::pow(wavelength / band.outer, 2 * band.hurst);
+  double left_out_variances = 0;
+  double left_out_slopes = 0;
+  int index = 0;
+  for (double wavelength = band.outer; wavelength >= band.inner; wavelength /= 2, ++index) {
+    const double variance = variance_of(wavelength);
     variances += variance;
-    if (wavelength < finest || band.rms == 0) continue;
+    if (wavelength < finest) {
+      left_out_variances += variance;
+      left_out_slopes += variance * std::pow(2 * std::numbers::pi / wavelength, 2);
+      continue;
+    }
+    if (band.rms == 0) continue;
     // Gradient noise is zero on its lattice and even in variance only off the lattice planes. A
     // rotation and an offset of its own for each octave keep walls and zeros of octaves apart.
     Octave octave;
-    octave.seed = derived_seed(seed, "octave" + std::to_string(octaves_.size()));
+    octave.seed = derived_seed(seed, "octave" + std::to_string(index));
     Random random(octave.seed, 0);
     octave.spacing = wavelength / gradient_noise_wavelength;
     octave.to_lattice = random_rotation(random) / octave.spacing;
@@ -47,10 +67,25 @@ Relief::Relief(const ReliefBand& band, std::uint64_t seed, double finest) {
     octave.amplitude = std::sqrt(variance) / gradient_noise_rms;
     octaves_.push_back(octave);
   }
+  const double scale = band.rms / std::sqrt(variances);
   for (Octave& octave : octaves_) {
-    octave.amplitude *= band.rms / std::sqrt(variances);
+    octave.amplitude *= scale;
     bound_ += octave.amplitude * gradient_noise_max;
   }
+  left_out_ = {.height = scale * std::sqrt(left_out_variances),
+               .slope = scale * std::sqrt(left_out_slopes)};
+}
+
+double road_density(RoadClass road) {
+  if (road == RoadClass::none) return 0;
+  return 16e-6 * std::pow(4, static_cast<int>(road) - static_cast<int>(RoadClass::A));
+}
+
+ReliefBand road_relief(RoadClass road, double inner, double outer) {
+  // The integral of G_d(n0) (n / n0)^-2 from 1 / outer to 1 / inner is the variance.
+  constexpr double n0 = 0.1;
+  const double variance = road_density(road) * n0 * n0 * (outer - inner);
+  return {.rms = std::sqrt(variance), .hurst = 0.5, .inner = inner, .outer = outer};
 }
 
 Interval Relief::range(const Eigen::Vector3d& place, double radius) const {
@@ -111,6 +146,61 @@ Interval Bedding::range(const Eigen::Vector3d& place, double radius) const {
   return radius > 0
              ? Interval{0, bound()}
              : Interval{step_ * static_cast<double>(level), step_ * static_cast<double>(level)};
+}
+
+LooseRocks::LooseRocks(double per_area, double size, std::uint64_t seed, double finest)
+    : per_area_(per_area), size_(size), seed_(seed), finest_(finest) {
+  if (!(per_area >= 0 && per_area <= 1 && size >= 0 && size <= 1))
+    throw std::invalid_argument(
+        "loose rocks: expected 0 to 1 per square metre of a size of 0 to 1 m, found " +
+        number_text(per_area) + " of " + number_text(size) + " m");
+}
+
+// One square metre holds one stone or none, wholly.
+LooseRocks::Stone LooseRocks::stone_in(std::int64_t i, std::int64_t j) const {
+  Stone stone;
+  if (lattice_uniform(i, j, 0, seed_) >= per_area_) return stone;
+  // Broken rock has many small pieces and few large ones: as many of each doubling in size
+  // (assumed).
+  const double across = size_ * std::pow(3, -lattice_uniform(i, j, 1, seed_));
+  if (across < finest_) return stone;
+  stone.radius = across / 2;
+  stone.height = across * (0.25 + 0.25 * lattice_uniform(i, j, 2, seed_));
+  const double free = 1 - across;
+  stone.centre = {static_cast<double>(i) + across / 2 + free * lattice_uniform(i, j, 3, seed_),
+                  static_cast<double>(j) + across / 2 + free * lattice_uniform(i, j, 4, seed_)};
+  return stone;
+}
+
+Interval LooseRocks::range(const Eigen::Vector3d& place, double radius) const {
+  if (per_area_ == 0 || size_ == 0) return {0, 0};
+  if (radius > 1) return {0, bound()};
+  const auto cell = [](double x) { return static_cast<std::int64_t>(std::floor(x)); };
+  Interval result = {std::numeric_limits<double>::infinity(), 0};
+  for (std::int64_t j = cell(place.y() - radius); j <= cell(place.y() + radius); ++j)
+    for (std::int64_t i = cell(place.x() - radius); i <= cell(place.x() + radius); ++i) {
+      const Stone stone = stone_in(i, j);
+      const auto height_at = [&](double distance) {
+        const double t = distance / stone.radius;
+        return t < 1 ? stone.height * std::sqrt(1 - t * t) : 0;
+      };
+      const double distance =
+          stone.radius > 0 ? (place.head<2>() - stone.centre).norm() : 2 * radius + 1;
+      const double high = stone.radius > 0 ? height_at(std::max(0.0, distance - radius)) : 0;
+      const double low = stone.radius > 0 ? height_at(distance + radius) : 0;
+      result.high = std::max(result.high, high);
+      result.low = std::min(result.low, low);
+    }
+  return result;
+}
+
+double normal_upper_quantile(double share) {
+  double low = -10, high = 10;
+  for (int i = 0; i < 80; ++i) {
+    const double middle = (low + high) / 2;
+    (std::erfc(middle / std::numbers::sqrt2) / 2 > share ? low : high) = middle;
+  }
+  return low;
 }
 
 }  // namespace minescan

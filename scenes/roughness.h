@@ -4,20 +4,31 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "scenes/implicit.h"
 
 namespace minescan {
 
-/// Statistics of a relief. A profile along a line has a power spectral density ~ k^-(1 + 2 hurst)
-/// between the wavelengths `inner` and `outer`.
+/// Statistics of a relief. A profile along a line has a power spectral density ~ k^-(1 + 2 H)
+/// between the wavelengths `inner` and `outer`, where the Hurst exponent H is `hurst` for waves
+/// longer than `fine_below` and `fine_hurst` for shorter ones.
 struct ReliefBand {
   double rms = 0.07;    // metres, of all wavelengths in the band together
-  double hurst = 0.75;  // Hurst exponent, in (0, 1]
+  double hurst = 0.75;  // in (0, 1]
   double inner = 0.05;  // shortest wavelength, metres
   double outer = 10;    // longest wavelength, metres
+  double fine_hurst = 0.75;
+  double fine_below = 0;  // metres; 0: one exponent for all
+};
+
+/// What a mesh does not show of a relief.
+struct FineRelief {
+  double height = 0;  // metres, RMS
+  double slope = 0;   // RMS along a line
 };
 
 /// Height of a self-affine relief: a sum of octaves of gradient noise (Perlin 1985, 2002;
@@ -33,6 +44,8 @@ class Relief {
   double at(const Eigen::Vector3d& place) const { return range(place, 0).low; }
   /// No height is larger than this, nor smaller than its negative.
   double bound() const { return bound_; }
+  /// The octaves that were left out.
+  const FineRelief& left_out() const { return left_out_; }
 
  private:
   struct Octave {
@@ -44,7 +57,23 @@ class Relief {
   };
   std::vector<Octave> octaves_;  // longest wavelength first
   double bound_ = 0;
+  FineRelief left_out_ = {};
 };
+
+/// Classes of road roughness (ISO 8608): A is a good motorway, D and E are gravel roads. `none` is
+/// flat.
+enum class RoadClass { none, A, B, C, D, E, F, G, H };
+constexpr auto names_of(RoadClass) {
+  return std::to_array<std::string_view>({"none", "A", "B", "C", "D", "E", "F", "G", "H"});
+}
+
+/// The middle of a class: G_d(n0) at n0 = 0.1 cycles per metre, m^3. Its borders lie a factor 2 to
+/// either side.
+double road_density(RoadClass road);
+
+/// The relief of a road whose vertical displacement along any line has the density
+/// G_d(n) = G_d(n0) (n / n0)^-2 between the two wavelengths.
+ReliefBand road_relief(RoadClass road, double inner, double outer);
 
 /// Where a layered roof has come down to a higher bedding plane, plate by plate: the height is
 /// 0, 1 or 2 steps, the same over each plate (a Voronoi cell in the xy-plane).
@@ -61,5 +90,32 @@ class Bedding {
   double plate_ = 1;
   std::uint64_t seed_ = 0;
 };
+
+/// Stones that lie on a floor: a height above it, in plan.
+class LooseRocks {
+ public:
+  /// `per_area` stones per square metre, at most 1; the largest is `size` metres across, the
+  /// smallest a third of it. Those narrower than `finest` are left out.
+  LooseRocks(double per_area, double size, std::uint64_t seed, double finest);
+
+  Interval range(const Eigen::Vector3d& place, double radius) const;
+  double bound() const { return size_ / 2; }
+
+ private:
+  struct Stone {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    double radius = 0;  // 0: none here
+    double height = 0;
+  };
+  Stone stone_in(std::int64_t i, std::int64_t j) const;
+
+  double per_area_ = 0;
+  double size_ = 0;
+  std::uint64_t seed_ = 0;
+  double finest_ = 0;
+};
+
+/// The level that a standard normal variable exceeds with probability `share` in (0, 1).
+double normal_upper_quantile(double share);
 
 }  // namespace minescan

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The tables: scanners and surveys known by name.
+#include <Eigen/Geometry>
+#include <string>
+
 #include "core/table.h"
 #include "sim/scanner.h"
 #include "sim/survey.h"
@@ -67,6 +70,32 @@ std::vector<Scanner> make_scanners() {
 
 Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
+// Through a grid of rooms and pillars, 2 km: out along the first drift, over to the last one and
+// back. A scan at every crossing.
+Survey room_and_pillar() {
+  constexpr int rows = 4, columns = 50;
+  constexpr double spacing = 20;  // metres
+  Survey survey{
+      .name = "room-and-pillar",
+      .description = "2 km through a room-and-pillar mine, 103 scans 20 m apart",
+      .scene = "room-and-pillar",
+      .scene_settings = {
+          {"rows", std::to_string(rows)}, {"columns", std::to_string(columns)}, {"jitter", "0"}}};
+  const auto stop = [&](int column, int row, double heading) {
+    Pose T = at(spacing * column, spacing * row, 2);
+    T.rotate(Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()));
+    survey.stations.push_back({.scanner = "optab-yawing",
+                               .settings = {{"plane-beams", "200"}, {"planes", "180"}},
+                               .T_world_scanner = T});
+  };
+  for (int column = 0; column < columns; ++column) stop(column, 0, 0);
+  for (int row = 1; row < rows; ++row) stop(columns - 1, row, 90 * degree);
+  for (int column = columns - 2; column >= 0; --column) stop(column, rows - 1, 180 * degree);
+  for (std::size_t k = 1; k < survey.stations.size(); ++k)
+    survey.pairs.push_back({.target = k - 1, .source = k});
+  return survey;
+}
+
 std::vector<Survey> make_surveys() {
   return {
       // Section 5.1 of the paper: two scans of different resolution from one place. The numbers of
@@ -86,6 +115,7 @@ std::vector<Survey> make_surveys() {
        .stations = {{.scanner = "optab-pitching", .T_world_scanner = at(-2, 0, 2)},
                     {.scanner = "optab-pitching", .T_world_scanner = at(2, 0, 2)}},
        .pairs = {{.target = 0, .source = 1}}},
+      room_and_pillar(),
   };
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <utility>
 
 #include "core/random.h"
 #include "core/text.h"
@@ -16,14 +17,10 @@ Scanner station_scanner(const Station& station) {
   return with_settings(find_scanner(station.scanner), station.settings);
 }
 
-std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed,
-                             const std::function<void(std::size_t)>& done) {
-  // Everything a user may have got wrong comes to light before the first ray.
-  std::vector<Scanner> scanners_used;
+void check(const Survey& survey) {
   for (std::size_t i = 0; i < survey.stations.size(); ++i) {
     try {
-      scanners_used.push_back(station_scanner(survey.stations[i]));
-      check(scanners_used.back());
+      check(station_scanner(survey.stations[i]));
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(
           fmt::format("survey '{}', station {}: {}", survey.name, i, error.what()));
@@ -35,15 +32,26 @@ std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std
           fmt::format("survey '{}': pair ({}, {}): expected stations below {}", survey.name,
                       pair.target, pair.source, survey.stations.size()));
   }
+}
 
+void run_survey(const Survey& survey, const std::function<RayCaster(std::size_t)>& caster_at,
+                std::uint64_t seed, const std::function<void(std::size_t, Scan)>& take) {
+  // Everything a user may have got wrong comes to light before the first ray.
+  check(survey);
+  for (std::size_t i = 0; i < survey.stations.size(); ++i) {
+    const Station& station = survey.stations[i];
+    take(i, scan(caster_at(i), station_scanner(station), station.T_world_scanner,
+                 derived_seed(seed, fmt::format("scan {}", i)), survey.scene));
+  }
+}
+
+std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed) {
+  check(survey);
   const RayCaster caster(mesh);
   std::vector<Scan> scans;
-  scans.reserve(survey.stations.size());
-  for (std::size_t i = 0; i < survey.stations.size(); ++i) {
-    scans.push_back(scan(caster, scanners_used[i], survey.stations[i].T_world_scanner,
-                         derived_seed(seed, fmt::format("scan {}", i)), survey.scene));
-    if (done) done(scans.size());
-  }
+  run_survey(
+      survey, [&](std::size_t) { return caster; }, seed,
+      [&](std::size_t, Scan scan) { scans.push_back(std::move(scan)); });
   return scans;
 }
 

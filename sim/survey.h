@@ -50,9 +50,17 @@ const Survey& find_survey(const std::string& name);
 /// for an unknown scanner or a wrong setting.
 Scanner station_scanner(const Station& station);
 
-/// The scans of all stations in `mesh`, in order. Station i uses derived_seed(seed, "scan i").
-/// `done` is called after each station with the number done, from the calling thread.
-std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed,
-                             const std::function<void(std::size_t)>& done = {});
+/// Throws std::invalid_argument, naming the station, for one that cannot be scanned from or a pair of
+/// stations that are not there.
+void check(const Survey& survey);
+
+/// The scans of all stations, in order, each handed to `take` when it is done and kept no longer.
+/// `caster_at` gives what station i's rays meet. Station i uses derived_seed(seed, "scan i").
+void run_survey(const Survey& survey,
+                const std::function<RayCaster(std::size_t station)>& caster_at, std::uint64_t seed,
+                const std::function<void(std::size_t station, Scan scan)>& take);
+
+/// The same in one mesh, all kept.
+std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed);
 
 }  // namespace minescan

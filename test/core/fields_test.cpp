@@ -27,6 +27,7 @@ struct Outer {
   Colour colour = Colour::red;
   std::string title = {};
   std::vector<double> levels = {1, 2.5};
+  std::vector<Eigen::Vector3d> line = {{0, 0, 0}, {1, -2, 0.5}};
 };
 template <class Visitor>
 void fields(Outer& o, Visitor&& field) {
@@ -37,6 +38,7 @@ void fields(Outer& o, Visitor&& field) {
   field("colour", o.colour, "of the thing");
   field("title", o.title, "of the page");
   field("levels", o.levels, not_negative, "m", "the steps");
+  field("line", o.line, between(-10, 10), "m", "the way");
 }
 
 std::string message_of(const std::function<void()>& action) {
@@ -90,7 +92,15 @@ TEST(Fields, SayWhatWasExpected) {
   EXPECT_EQ(set("count", "1e9"), "count = '1e9': expected a whole number in [1, 10], found '1e9'");
   EXPECT_EQ(set("colour", "blue"), "colour = 'blue': expected red | green, found 'blue'");
   EXPECT_EQ(set("siez", "1"),
-            "unknown key 'siez'; known: size, count, seed, fast, colour, title, levels");
+            "unknown key 'siez'; known: size, count, seed, fast, colour, title, levels, line");
+}
+
+TEST(Fields, ReadPointsOfTwoOrThreeNumbers) {
+  EXPECT_EQ(find_field(fields_of(Outer{}), "line")->value, "0 0 0, 1 -2 0.5");
+  const Outer set = with_settings(Outer{}, {{"line", "1 2,  3  4 -5 "}});
+  EXPECT_EQ(set.line, (std::vector<Eigen::Vector3d>{{1, 2, 0}, {3, 4, -5}}));
+  for (const char* wrong : {"1", "1 2 3 4", "1 2, x 3", "1 11", "1 nan"})
+    EXPECT_THROW(with_settings(Outer{}, {{"line", wrong}}), std::invalid_argument) << wrong;
 }
 
 TEST(Config, NestsAndNamesTheLine) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The mine around each station of a survey, ready for rays: whole where it fits into memory, else
+// the tiles that a station's scanner reaches.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/scene_config.h"
+#include "scenes/scene_mesh.h"
+#include "sim/raycaster.h"
+
+namespace minescan {
+
+/// Mines whose contouring needs more than this are built in tiles: with the ray caster's tree the
+/// whole takes about three times as much.
+inline constexpr double whole_mine_bytes = 1.0 * (1ULL << 30);
+/// What may be kept of tiles that are not in use.
+inline constexpr double tile_cache_bytes = 0.25 * (1ULL << 30);
+
+class StationCasters {
+ public:
+  /// Prepares the scene; builds the whole mesh if it is small enough. Throws std::invalid_argument
+  /// if the tiles around a station would need too much memory.
+  StationCasters(const SurveyConfig& config, bool quiet);
+
+  /// What the rays of station k meet. Depends on k alone; fastest for neighbours one after the
+  /// other.
+  RayCaster at(std::size_t k);
+
+  /// What is known of the mesh, as JSON: counts of triangles and vertices, whether it is one mesh
+  /// or tiles, and for triangles of a file what a check found, with a list of warnings.
+  std::string scene_json() const { return scene_json_; }
+
+ private:
+  const Survey& survey_;
+  Scene scene_;
+  std::vector<double> ranges_;  // of each station's scanner
+  std::optional<SceneTiles> tiles_;
+  std::optional<RayCaster> caster_;
+  // What caster_ was built for, where there are tiles.
+  Tile tile_ = {};
+  double range_ = -1;
+  std::string scene_json_;
+};
+
+/// The same text of any scene's mesh. `checked`: check it whatever it is; else only triangles of a
+/// file are checked, for the other scenes are closed by construction.
+std::string mesh_json(const Scene& scene, const TriangleMesh& mesh, bool checked);
+
+}  // namespace minescan
