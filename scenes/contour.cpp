@@ -4,222 +4,181 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "core/parallel.h"
 #include "core/text.h"
+#include "scenes/block_marcher.h"
 
 namespace minescan {
 namespace {
 
-// Cells along the side of a block. Points on faces are evaluated by both blocks there, so smaller
-// ones cost more time (8 and 16 measured).
-constexpr int block_size = 32;
-constexpr int block_points = block_size + 1;
-// Cells along the side of the smallest cube whose range is asked for; a power of two. 1 and 4 are
-// slower.
-constexpr int leaf_size = 2;
+// Side of a tile, about; assumed: a scanner's near field.
+constexpr double tile_side = 25.6;
 
-// Vertices keep this part of an edge away from its ends, so that no triangle is degenerate. It
-// moves them by at most 0.5 mm for an edge of 5 cm.
-constexpr double end_margin = 0.01;
+// Blocks that one thread marches through before it takes the next ones.
+constexpr std::size_t blocks_at_once = 4;
 
-constexpr std::uint32_t foreign_bit = 1U << 31;
-constexpr std::uint32_t no_vertex = ~0U;
-
-using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
-
-/// Lattice points lie at (i + 1/2) edge_length for all integers i: fixed in the world, and off the
-/// round coordinates of flat faces.
-struct Lattice {
-  double edge = 1;
-  Cell first = Cell::Zero();   // lattice point at the low corner of the first block
-  Cell blocks = Cell::Zero();  // number of blocks along each axis
-
-  Lattice(const Eigen::AlignedBox3d& bounds, double edge_length) : edge(edge_length) {
-    for (int axis = 0; axis < 3; ++axis) {
-      // One cell more to each side, so that the surface does not touch the border.
-      first[axis] = static_cast<std::int64_t>(std::floor(bounds.min()[axis] / edge)) - 2;
-      const auto last = static_cast<std::int64_t>(std::ceil(bounds.max()[axis] / edge)) + 1;
-      blocks[axis] = (last - first[axis] + block_size - 1) / block_size;
-    }
-  }
-  std::size_t block_count() const { return static_cast<std::size_t>(blocks.prod()); }
-  Cell block_at(std::size_t index) const {
-    const auto i = static_cast<std::int64_t>(index);
-    return {i % blocks.x(), i / blocks.x() % blocks.y(), i / blocks.x() / blocks.y()};
-  }
-  std::size_t index_of(const Cell& block) const {
-    return static_cast<std::size_t>((block.z() * blocks.y() + block.y()) * blocks.x() + block.x());
-  }
-  Eigen::Vector3d point(const Cell& p) const {
-    return edge * (p.cast<double>() + Eigen::Vector3d::Constant(0.5));
-  }
+/// Corners low <= i < high of a box of blocks.
+struct BlockBox {
+  Cell low = Cell::Zero();
+  Cell high = Cell::Zero();
 };
 
-/// The part of the mesh within one block. A triangle's corner is an index into `vertices`, or with
-/// foreign_bit an index into `foreign`: edges on the upper faces belong to the next block.
-struct Patch {
-  struct Foreign {
-    Cell block;
-    std::uint32_t edge = 0;  // code within that block
-  };
-  struct Rim {
-    std::uint32_t edge = 0;
-    std::uint32_t vertex = 0;
-  };
-  std::vector<Eigen::Vector3f> vertices = {};
-  std::vector<std::array<std::uint32_t, 3>> triangles = {};
-  std::vector<std::uint8_t> material = {};
-  std::vector<Foreign> foreign = {};
-  std::vector<Rim> rim = {};  // own vertices on the lower faces, by edge code: others ask for them
-};
+/// floor(a / b) for b > 0.
+std::int64_t floor_ratio(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0 ? 1 : 0); }
 
-std::uint32_t edge_code(const Cell& point, int axis) {
-  return static_cast<std::uint32_t>(
-      ((point.z() * block_points + point.y()) * block_points + point.x()) * 3 + axis);
+bool in_order(const Cell& a, const Cell& b) {
+  if (a.z() != b.z()) return a.z() < b.z();
+  if (a.y() != b.y()) return a.y() < b.y();
+  return a.x() < b.x();
 }
 
-class BlockMarcher {
- public:
-  BlockMarcher(const ImplicitSurface& surface, const Lattice& lattice, const Cell& block)
-      : surface_(surface),
-        lattice_(lattice),
-        block_(block),
-        origin_(lattice.first + block * block_size) {
-    constexpr std::size_t points = block_points * block_points * block_points;
-    samples_.resize(points);
-    sampled_.resize(points, false);
-    vertex_of_edge_.resize(3 * points, no_vertex);
+/// The blocks that hold the bounds and one cell more to each side, so that the surface does not
+/// touch the border.
+BlockBox blocks_of(const Eigen::AlignedBox3d& bounds, double edge) {
+  BlockBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto first = static_cast<std::int64_t>(std::floor(bounds.min()[axis] / edge)) - 2;
+    const auto last = static_cast<std::int64_t>(std::ceil(bounds.max()[axis] / edge)) + 1;
+    box.low[axis] = floor_ratio(first, block_size);
+    box.high[axis] = floor_ratio(last - 1, block_size) + 1;
   }
+  return box;
+}
 
-  Patch march() {
-    refine(Cell::Zero(), block_size);
-    std::sort(patch_.rim.begin(), patch_.rim.end(),
-              [](const Patch::Rim& a, const Patch::Rim& b) { return a.edge < b.edge; });
-    return std::move(patch_);
-  }
+/// Blocks that may hold surface, sorted. Halves cubes of many blocks until they cannot hold any or
+/// are single blocks, so that empty space costs little.
+std::vector<Cell> active_blocks(const ImplicitSurface& surface, double edge, const BlockBox& box) {
+  // From cubes so large that few are needed: a mine is flat, and one cube would be mostly empty.
+  std::int64_t size = 1;
+  while (size < (box.high - box.low).maxCoeff()) size *= 2;
+  std::vector<Cell> cubes;
+  for (std::int64_t z = floor_ratio(box.low.z(), size) * size; z < box.high.z(); z += size)
+    for (std::int64_t y = floor_ratio(box.low.y(), size) * size; y < box.high.y(); y += size)
+      for (std::int64_t x = floor_ratio(box.low.x(), size) * size; x < box.high.x(); x += size)
+        cubes.emplace_back(x, y, z);
 
- private:
-  /// Halves cubes until they cannot hold surface or are leaves.
-  void refine(const Cell& low, int size) {
-    const Eigen::Vector3d corner = lattice_.point(origin_ + low);
-    const double half = lattice_.edge * size / 2;
-    const Interval range =
-        surface_.range(corner + Eigen::Vector3d::Constant(half), half * std::sqrt(3.0));
-    if (range.low > 0 || range.high < 0) return;
-    const int step = size > leaf_size ? size / 2 : 1;
-    for (int z = 0; z < size; z += step)
-      for (int y = 0; y < size; y += step)
-        for (int x = 0; x < size; x += step) {
-          const Cell child = low + Cell(x, y, z);
-          if (size > leaf_size) {
-            refine(child, step);
-          } else {
-            march_cell(child);
-          }
-        }
-  }
-
-  const ImplicitSurface::Sample& sample(const Cell& p) {
-    const auto i = static_cast<std::size_t>((p.z() * block_points + p.y()) * block_points + p.x());
-    if (!sampled_[i]) samples_[i] = surface_.at(lattice_.point(origin_ + p));
-    sampled_[i] = true;
-    return samples_[i];
-  }
-
-  static Cell corner_of(const Cell& cell, int corner) {
-    return cell + Cell(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-  }
-
-  void march_cell(const Cell& cell) {
-    int open_corners = 0;
-    for (int corner = 0; corner < cube_corners; ++corner)
-      if (sample(corner_of(cell, corner)).value < 0) open_corners |= 1 << corner;
-    for (const auto& triangle : marching_cases()[open_corners]) {
-      std::array<std::uint32_t, 3> corners = {};
-      std::array<std::uint8_t, 3> materials = {};
-      for (std::size_t i = 0; i < 3; ++i) {
-        corners[i] = vertex(cell, triangle[i]);
-        materials[i] = material(cell, triangle[i]);
+  std::vector<std::uint8_t> active;
+  while (true) {
+    const double half = edge * static_cast<double>(size * block_size) / 2;
+    active.assign(cubes.size(), 0);
+    parallel_for(cubes.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Eigen::Vector3d low = lattice_point(cubes[i] * block_size, edge);
+        const Interval range =
+            surface.range(low + Eigen::Vector3d::Constant(half), half * std::sqrt(3.0));
+        active[i] = range.low <= 0 && range.high >= 0;
       }
-      patch_.triangles.push_back(corners);
-      // The material of most corners.
-      patch_.material.push_back(materials[1] == materials[2] ? materials[1] : materials[0]);
+    });
+    std::vector<Cell> next;
+    const std::int64_t step = size / 2;
+    for (std::size_t i = 0; i < cubes.size(); ++i) {
+      if (active[i] == 0) continue;
+      if (size == 1) {
+        next.push_back(cubes[i]);
+        continue;
+      }
+      for (int part = 0; part < 8; ++part) {
+        const Cell low = cubes[i] + step * Cell(part & 1, part >> 1 & 1, part >> 2 & 1);
+        const bool in_box =
+            (low.array() < box.high.array()).all() && (low.array() + step > box.low.array()).all();
+        if (in_box) next.push_back(low);
+      }
     }
+    cubes = std::move(next);
+    if (size == 1) break;
+    size = step;
   }
+  std::sort(cubes.begin(), cubes.end(), in_order);
+  return cubes;
+}
 
-  /// That of the end nearer to the surface.
-  std::uint8_t material(const Cell& cell, int edge) {
-    const CubeEdge ends = cube_edge_ends()[edge];
-    const ImplicitSurface::Sample& a = sample(corner_of(cell, ends.from));
-    const ImplicitSurface::Sample& b = sample(corner_of(cell, ends.to));
-    return std::abs(a.value) <= std::abs(b.value) ? a.material : b.material;
-  }
+std::vector<Patch> patches_of(const ImplicitSurface& surface, double edge,
+                              const std::vector<Cell>& blocks) {
+  std::vector<Patch> patches(blocks.size());
+  parallel_for(blocks.size(), blocks_at_once, [&](std::size_t begin, std::size_t end) {
+    BlockMarcher marcher(surface, edge);
+    for (std::size_t i = begin; i < end; ++i) patches[i] = marcher.march(blocks[i]);
+  });
+  return patches;
+}
 
-  std::uint32_t vertex(const Cell& cell, int edge) {
-    const CubeEdge ends = cube_edge_ends()[edge];
-    const int axis = edge / 4;
-    const Cell from = corner_of(cell, ends.from);
-    std::uint32_t& known = vertex_of_edge_[edge_code(from, axis)];
-    if (known != no_vertex) return known;
-
-    const Cell up = from / block_size;  // 1 on an upper face, else 0
-    if (up != Cell::Zero()) {
-      known = foreign_bit | static_cast<std::uint32_t>(patch_.foreign.size());
-      patch_.foreign.push_back({block_ + up, edge_code(from - up * block_size, axis)});
-      return known;
-    }
-    const double a = sample(from).value;
-    const double b = sample(corner_of(cell, ends.to)).value;
-    const double t = std::clamp(a / (a - b), end_margin, 1 - end_margin);
-    Eigen::Vector3d place = lattice_.point(origin_ + from);
-    place[axis] += t * lattice_.edge;
-    known = static_cast<std::uint32_t>(patch_.vertices.size());
-    patch_.vertices.push_back(place.cast<float>());
-    if (from.minCoeff() == 0) patch_.rim.push_back({edge_code(from, axis), known});
-    return known;
-  }
-
-  const ImplicitSurface& surface_;
-  const Lattice& lattice_;
-  Cell block_;
-  Cell origin_;
-  std::vector<ImplicitSurface::Sample> samples_;
-  std::vector<bool> sampled_;
-  std::vector<std::uint32_t> vertex_of_edge_;
-  Patch patch_;
+/// Vertices of blocks that are not there: each becomes a vertex of its own.
+struct Missing {
+  Cell block = Cell::Zero();
+  std::uint32_t code = 0;
+  Eigen::Vector3f place = Eigen::Vector3f::Zero();
 };
 
-/// Puts the patches into one mesh, in the order of their blocks.
-TriangleMesh joined(std::vector<Patch>& patches, const std::vector<std::uint32_t>& patch_of_block,
-                    const Lattice& lattice) {
+bool missing_in_order(const Missing& a, const Missing& b) {
+  if (a.block != b.block) return in_order(a.block, b.block);
+  return a.code < b.code;
+}
+
+constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
+
+/// Index of a block in a sorted list, or nowhere.
+std::size_t index_in(const std::vector<Cell>& blocks, const Cell& block) {
+  const auto found = std::lower_bound(blocks.begin(), blocks.end(), block, in_order);
+  if (found == blocks.end() || *found != block) return nowhere;
+  return static_cast<std::size_t>(found - blocks.begin());
+}
+
+/// Puts the patches of sorted blocks into one mesh, in their order.
+TriangleMesh joined(const std::vector<const Patch*>& patches, const std::vector<Cell>& blocks) {
   std::vector<std::size_t> first_vertex(patches.size() + 1, 0);
   std::vector<std::size_t> first_triangle(patches.size() + 1, 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    first_vertex[i + 1] = first_vertex[i] + patches[i].vertices.size();
-    first_triangle[i + 1] = first_triangle[i] + patches[i].triangles.size();
+    first_vertex[i + 1] = first_vertex[i] + patches[i]->vertices.size();
+    first_triangle[i + 1] = first_triangle[i] + patches[i]->triangles.size();
   }
-  TriangleMesh mesh;
-  mesh.vertices.resize(first_vertex.back());
-  mesh.triangles.resize(first_triangle.back());
-  mesh.material.resize(first_triangle.back());
+  const auto owner_of = [&](std::size_t i, const Patch::Foreign& f) -> Cell {
+    return blocks[i] + Cell(f.step[0], f.step[1], f.step[2]);
+  };
+  std::vector<Missing> missing;
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    for (const Patch::Foreign& f : patches[i]->foreign)
+      if (const Cell owner = owner_of(i, f); index_in(blocks, owner) == nowhere)
+        missing.push_back({owner, f.code, f.place});
+  std::sort(missing.begin(), missing.end(), missing_in_order);
+  missing.erase(std::unique(missing.begin(), missing.end(),
+                            [](const Missing& a, const Missing& b) {
+                              return a.block == b.block && a.code == b.code;
+                            }),
+                missing.end());
 
-  const auto global_index = [&](const Patch::Foreign& f) {
-    const std::size_t owner = patch_of_block[lattice.index_of(f.block)];
-    const std::vector<Patch::Rim>& rim = patches[owner].rim;
+  const auto global_index = [&](std::size_t i, const Patch::Foreign& f) {
+    const Cell block = owner_of(i, f);
+    const std::size_t owner = index_in(blocks, block);
+    if (owner == nowhere) {
+      const auto found = std::lower_bound(missing.begin(), missing.end(),
+                                          Missing{block, f.code, f.place}, missing_in_order);
+      return static_cast<std::uint32_t>(first_vertex.back() + (found - missing.begin()));
+    }
+    const std::vector<Patch::Rim>& rim = patches[owner]->rim;
     const auto found =
-        std::lower_bound(rim.begin(), rim.end(), f.edge,
-                         [](const Patch::Rim& r, std::uint32_t edge) { return r.edge < edge; });
-    assert(found != rim.end() && found->edge == f.edge);
+        std::lower_bound(rim.begin(), rim.end(), f.code,
+                         [](const Patch::Rim& r, std::uint32_t code) { return r.code < code; });
+    assert(found != rim.end() && found->code == f.code);
     return static_cast<std::uint32_t>(first_vertex[owner] + found->vertex);
   };
+
+  TriangleMesh mesh;
+  mesh.vertices.resize(first_vertex.back() + missing.size());
+  mesh.triangles.resize(first_triangle.back());
+  mesh.material.resize(first_triangle.back());
+  for (std::size_t i = 0; i < missing.size(); ++i)
+    mesh.vertices[first_vertex.back() + i] = missing[i].place;
   parallel_for(patches.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Patch& patch = patches[i];
+      const Patch& patch = *patches[i];
       std::vector<std::uint32_t> foreign;
-      for (const Patch::Foreign& f : patch.foreign) foreign.push_back(global_index(f));
+      for (const Patch::Foreign& f : patch.foreign) foreign.push_back(global_index(i, f));
       std::copy(patch.vertices.begin(), patch.vertices.end(),
                 mesh.vertices.begin() + first_vertex[i]);
       std::copy(patch.material.begin(), patch.material.end(),
@@ -228,68 +187,210 @@ TriangleMesh joined(std::vector<Patch>& patches, const std::vector<std::uint32_t
         for (std::size_t c = 0; c < 3; ++c) {
           const std::uint32_t corner = patch.triangles[t][c];
           mesh.triangles[first_triangle[i] + t][c] =
-              (corner & foreign_bit) != 0 ? foreign[corner & ~foreign_bit]
-                                          : static_cast<std::uint32_t>(first_vertex[i] + corner);
+              (corner & Patch::foreign_bit) != 0
+                  ? foreign[corner & ~Patch::foreign_bit]
+                  : static_cast<std::uint32_t>(first_vertex[i] + corner);
         }
     }
   });
   return mesh;
 }
 
-void check(const ImplicitSurface& surface, double edge_length) {
+void check_edge_length(double edge_length) {
   if (!(edge_length > 0 && std::isfinite(edge_length)))
     throw std::invalid_argument("edge-length: expected a number > 0 (m), found " +
                                 number_text(edge_length));
-  const double bytes = contour_bytes(surface, edge_length);
+}
+
+void check_memory(double bytes, double edge_length, const std::string& remedy) {
   if (!(bytes <= contour_bytes_limit))
     throw std::invalid_argument(
         "edge-length = " + number_text(edge_length) + " m needs about " +
         number_text(std::ceil(bytes / (1 << 30))) + " GiB of memory; expected at most " +
-        number_text(contour_bytes_limit / (1 << 30)) + " GiB: use longer edges or a smaller mine");
+        number_text(contour_bytes_limit / (1 << 30)) + " GiB: use longer edges or " + remedy);
+}
+
+/// For a surface of so many squares of the lattice: the patches and the mesh.
+double bytes_of(double squares) {
+  // A flat face along the lattice has one vertex and two triangles per square; a slanted or rough
+  // one up to 1.7 times as many, 1.25 for a mine (measured).
+  const double vertices = 1.25 * squares;
+  const double mesh = vertices * (sizeof(Eigen::Vector3f) + 2 * (3 * sizeof(std::uint32_t) + 1));
+  // A block holds about a block's face of surface. Its rims: four sides of that square, two of them
+  // with vertices of others.
+  const double blocks = squares / (block_size * block_size);
+  const double rims = 1.25 * 2 * block_size * (sizeof(Patch::Foreign) + sizeof(Patch::Rim));
+  return 2 * mesh + blocks * (sizeof(Patch) + sizeof(Cell) + rims);
 }
 
 }  // namespace
 
 double contour_bytes(const ImplicitSurface& surface, double edge_length) {
-  // A flat face along the lattice has one vertex and two triangles per square; a slanted or rough
-  // one up to 1.7 times as many, 1.25 for a mine (measured).
-  const double vertices = 1.25 * surface.area / (edge_length * edge_length);
-  const double mesh = vertices * (sizeof(Eigen::Vector3f) + 2 * (3 * sizeof(std::uint32_t) + 1));
-  // Each block of the box has a flag and an index, the rest is empty space.
-  const double blocks = surface.bounds.volume() / std::pow(block_size * edge_length, 3);
-  return 2 * mesh + 8 * blocks;
+  return bytes_of(surface.area / (edge_length * edge_length));
 }
 
 TriangleMesh contour(const ImplicitSurface& surface, double edge_length) {
-  check(surface, edge_length);
-  const Lattice lattice(surface.bounds, edge_length);
-
-  const double half = block_size * edge_length / 2;
-  std::vector<std::uint8_t> active(lattice.block_count());
-  parallel_for(active.size(), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Cell low = lattice.first + lattice.block_at(i) * block_size;
-      const Interval range = surface.range(lattice.point(low) + Eigen::Vector3d::Constant(half),
-                                           half * std::sqrt(3.0));
-      active[i] = range.low <= 0 && range.high >= 0;
-    }
-  });
-  std::vector<std::size_t> blocks;
-  std::vector<std::uint32_t> patch_of_block(active.size(), 0);
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    if (active[i] == 0) continue;
-    patch_of_block[i] = static_cast<std::uint32_t>(blocks.size());
-    blocks.push_back(i);
-  }
-
-  std::vector<Patch> patches(blocks.size());
-  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      patches[i] = BlockMarcher(surface, lattice, lattice.block_at(blocks[i])).march();
-  });
-  TriangleMesh mesh = joined(patches, patch_of_block, lattice);
+  check_edge_length(edge_length);
+  check_memory(contour_bytes(surface, edge_length), edge_length, "a smaller mine");
+  const std::vector<Cell> blocks =
+      active_blocks(surface, edge_length, blocks_of(surface.bounds, edge_length));
+  const std::vector<Patch> patches = patches_of(surface, edge_length, blocks);
+  std::vector<const Patch*> pointers;
+  for (const Patch& patch : patches) pointers.push_back(&patch);
+  TriangleMesh mesh = joined(pointers, blocks);
   mesh.materials = surface.materials;
   return mesh;
 }
+
+struct SurfaceTiles::Impl {
+  struct Kept {
+    std::vector<Cell> blocks = {};
+    std::vector<Patch> patches = {};
+    double bytes = 0;
+    std::uint64_t last_call = 0;
+  };
+
+  ImplicitSurface surface = {};
+  double edge = 1;
+  double limit = 0;
+  std::int64_t side = 1;  // of a tile, blocks
+  std::map<Tile, Kept> kept = {};
+  std::uint64_t calls = 0;
+  std::size_t made = 0;
+  double bytes = 0;
+
+  double tile_size() const { return edge * static_cast<double>(side * block_size); }
+
+  BlockBox blocks_of_tile(const Tile& tile) const {
+    BlockBox box = blocks_of(surface.bounds, edge);
+    const Eigen::Matrix<std::int64_t, 2, 1> low(tile.x * side, tile.y * side);
+    for (int axis = 0; axis < 2; ++axis) {
+      box.low[axis] = std::max(box.low[axis], low[axis]);
+      box.high[axis] = std::min(box.high[axis], low[axis] + side);
+    }
+    return box;
+  }
+
+  /// Contours those of `tiles` that are not kept.
+  void make(const std::vector<Tile>& tiles) {
+    std::vector<Kept*> added;
+    std::vector<Cell> blocks;
+    for (const Tile& tile : tiles) {
+      if (kept.contains(tile)) continue;
+      const BlockBox box = blocks_of_tile(tile);
+      Kept& entry = kept[tile];
+      if ((box.low.array() < box.high.array()).all())
+        entry.blocks = active_blocks(surface, edge, box);
+      blocks.insert(blocks.end(), entry.blocks.begin(), entry.blocks.end());
+      added.push_back(&entry);
+    }
+    std::vector<Patch> patches = patches_of(surface, edge, blocks);
+    auto next = patches.begin();
+    for (Kept* entry : added) {
+      const auto end = next + static_cast<std::ptrdiff_t>(entry->blocks.size());
+      entry->patches.assign(std::make_move_iterator(next), std::make_move_iterator(end));
+      next = end;
+      entry->bytes = static_cast<double>(sizeof(Kept) + entry->blocks.size() * sizeof(Cell));
+      for (const Patch& patch : entry->patches) entry->bytes += patch.bytes();
+      bytes += entry->bytes;
+      ++made;
+    }
+  }
+
+  /// Drops what was not asked for longest; of one call, the first in order.
+  void shrink() {
+    while (bytes > limit && !kept.empty()) {
+      const auto oldest = std::min_element(
+          kept.begin(), kept.end(),
+          [](const auto& a, const auto& b) { return a.second.last_call < b.second.last_call; });
+      bytes -= oldest->second.bytes;
+      kept.erase(oldest);
+    }
+    if (kept.empty()) bytes = 0;
+  }
+};
+
+SurfaceTiles::SurfaceTiles(ImplicitSurface surface, double edge_length, double cache_bytes)
+    : impl_(std::make_shared<Impl>()) {
+  check_edge_length(edge_length);
+  if (!(cache_bytes >= 0))
+    throw std::invalid_argument("tiles: expected a cache of 0 bytes or more, found " +
+                                number_text(cache_bytes));
+  impl_->surface = std::move(surface);
+  impl_->edge = edge_length;
+  impl_->limit = cache_bytes;
+  impl_->side =
+      std::max<std::int64_t>(1, std::llround(std::min(1e9, tile_side / block_size / edge_length)));
+}
+
+double SurfaceTiles::tile_size() const { return impl_->tile_size(); }
+
+Tile SurfaceTiles::tile_of(const Eigen::Vector3d& place) const {
+  // Blocks begin at lattice points, half an edge off round places.
+  const auto index = [&](double x) {
+    return static_cast<std::int64_t>(std::floor((x - impl_->edge / 2) / impl_->tile_size()));
+  };
+  return {index(place.x()), index(place.y())};
+}
+
+Eigen::AlignedBox3d SurfaceTiles::box_of(const Tile& tile) const {
+  const std::int64_t cells = impl_->side * block_size;
+  Eigen::AlignedBox3d box(
+      lattice_point({tile.x * cells, tile.y * cells, 0}, impl_->edge),
+      lattice_point({(tile.x + 1) * cells, (tile.y + 1) * cells, 0}, impl_->edge));
+  box.min().z() = impl_->surface.bounds.min().z();
+  box.max().z() = impl_->surface.bounds.max().z();
+  return box;
+}
+
+std::vector<Tile> SurfaceTiles::within(const Tile& tile, double range) const {
+  if (!(range >= 0 && std::isfinite(range)))
+    throw std::invalid_argument("tiles: expected a range >= 0 (m), found " + number_text(range));
+  const Tile low = tile_of(impl_->surface.bounds.min());
+  const Tile high = tile_of(impl_->surface.bounds.max());
+  const auto reach = static_cast<std::int64_t>(std::min(1e9, std::ceil(range / tile_size()))) + 1;
+  std::vector<Tile> tiles;
+  for (std::int64_t x = std::max(low.x, tile.x - reach); x <= std::min(high.x, tile.x + reach); ++x)
+    for (std::int64_t y = std::max(low.y, tile.y - reach); y <= std::min(high.y, tile.y + reach);
+         ++y) {
+      // Between the squares.
+      const double dx = static_cast<double>(std::max<std::int64_t>(0, std::abs(x - tile.x) - 1));
+      const double dy = static_cast<double>(std::max<std::int64_t>(0, std::abs(y - tile.y) - 1));
+      if (std::hypot(dx, dy) * tile_size() <= range) tiles.push_back({x, y});
+    }
+  return tiles;
+}
+
+TriangleMesh SurfaceTiles::mesh(std::span<const Tile> tiles) {
+  std::vector<Tile> sorted(tiles.begin(), tiles.end());
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  impl_->make(sorted);
+  ++impl_->calls;
+
+  std::vector<std::pair<Cell, const Patch*>> parts;
+  for (const Tile& tile : sorted) {
+    Impl::Kept& entry = impl_->kept.at(tile);
+    entry.last_call = impl_->calls;
+    for (std::size_t i = 0; i < entry.blocks.size(); ++i)
+      parts.emplace_back(entry.blocks[i], &entry.patches[i]);
+  }
+  std::sort(parts.begin(), parts.end(),
+            [](const auto& a, const auto& b) { return in_order(a.first, b.first); });
+  std::vector<Cell> blocks;
+  std::vector<const Patch*> patches;
+  for (const auto& [block, patch] : parts) {
+    blocks.push_back(block);
+    patches.push_back(patch);
+  }
+  TriangleMesh mesh = joined(patches, blocks);
+  mesh.materials = impl_->surface.materials;
+  impl_->shrink();
+  return mesh;
+}
+
+std::size_t SurfaceTiles::tiles_made() const { return impl_->made; }
+
+double SurfaceTiles::bytes_kept() const { return impl_->bytes; }
 
 }  // namespace minescan

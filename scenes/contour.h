@@ -26,11 +26,12 @@ double contour_bytes(const ImplicitSurface& surface, double edge_length);
 ///
 /// returns  a closed 2-manifold without degenerate triangles whose normals point to negative values
 /// throws   std::invalid_argument if edge_length is not a positive number or the estimated memory
-/// is
-///          above contour_bytes_limit
-/// cost     O(area / edge_length^2) calls of `at` if `range` is narrow; the same bytes for any
-///          number of threads
-/// source   Lorensen and Cline 1987; the cases are derived, see marching_cases
+///          is above contour_bytes_limit
+/// cost     O(area / edge_length^2) time and memory if `range` is narrow, whatever the size of the
+///          bounds; the same bytes for any number of threads
+/// source   Lorensen and Cline 1987; the cases are derived, see marching_cases. Where faces (see
+///          ImplicitSurface) meet, the edge between them is kept sharp: Kobbelt, Botsch, Schwanecke
+///          and Seidel, Feature sensitive surface extraction from volume data, 2001.
 TriangleMesh contour(const ImplicitSurface& surface, double edge_length);
 
 /// A square of the plan: a whole number of blocks of the lattice, fixed in the world.
@@ -77,8 +78,13 @@ struct CubeEdge {
 };
 const std::array<CubeEdge, cube_edges>& cube_edge_ends();
 
-/// For each of the 256 sets of corners in the open space (bit i: corner i) the triangles between
-/// the crossed edges.
+/// For each of the 256 sets of corners in the open space (bit i: corner i) the closed lines in
+/// which the surface leaves the cube, each as the crossed edges that it runs through,
+/// counter-clockwise seen from the open. Two neighbours of a line share a face of the cube.
+using MarchingLoops = std::vector<std::vector<std::uint8_t>>;
+const std::array<MarchingLoops, 256>& marching_loops();
+
+/// The same cut into triangles between the crossed edges.
 using MarchingCase = std::vector<std::array<std::uint8_t, 3>>;
 const std::array<MarchingCase, 256>& marching_cases();
 

@@ -17,7 +17,7 @@
 namespace minescan {
 namespace {
 
-using Loop = std::vector<std::uint8_t>;
+using Loop = MarchingLoops::value_type;
 
 /// The corners of a face, counter-clockwise seen from outside.
 std::array<int, 4> face_corners(int axis, int side) {
@@ -60,7 +60,7 @@ std::optional<MarchingCase> triangulated(const Loop& loop) {
   return std::nullopt;
 }
 
-MarchingCase triangles_of(int open_corners) {
+MarchingLoops loops_of(int open_corners) {
   const auto open = [&](int corner) { return (open_corners >> corner & 1) != 0; };
   // Around each face, a run of open corners is cut off by a line from the edge where the run ends
   // to the edge where it begins; in this direction the loops run counter-clockwise seen from the
@@ -78,12 +78,19 @@ MarchingCase triangles_of(int open_corners) {
       }
     }
   }
-  MarchingCase triangles;
+  MarchingLoops loops;
   for (int start = 0; start < cube_edges; ++start) {
     Loop loop;
     for (int edge = start; next[edge] >= 0; edge = std::exchange(next[edge], -1))
       loop.push_back(static_cast<std::uint8_t>(edge));
-    if (loop.empty()) continue;
+    if (!loop.empty()) loops.push_back(loop);
+  }
+  return loops;
+}
+
+MarchingCase triangles_of(const MarchingLoops& loops) {
+  MarchingCase triangles;
+  for (const Loop& loop : loops) {
     const std::optional<MarchingCase> cut = triangulated(loop);
     assert(cut);
     triangles.insert(triangles.end(), cut->begin(), cut->end());
@@ -107,11 +114,21 @@ const std::array<CubeEdge, cube_edges>& cube_edge_ends() {
   return ends;
 }
 
+const std::array<MarchingLoops, 256>& marching_loops() {
+  static const std::array<MarchingLoops, 256> loops = [] {
+    std::array<MarchingLoops, 256> list = {};
+    for (int open_corners = 0; open_corners < 256; ++open_corners)
+      list[open_corners] = loops_of(open_corners);
+    return list;
+  }();
+  return loops;
+}
+
 const std::array<MarchingCase, 256>& marching_cases() {
   static const std::array<MarchingCase, 256> cases = [] {
     std::array<MarchingCase, 256> list = {};
     for (int open_corners = 0; open_corners < 256; ++open_corners)
-      list[open_corners] = triangles_of(open_corners);
+      list[open_corners] = triangles_of(marching_loops()[open_corners]);
     return list;
   }();
   return cases;

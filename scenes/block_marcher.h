@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Contouring block by block: the lattice, and the triangles within one block of it. Private to
+// contour.cpp.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "scenes/implicit.h"
+
+namespace minescan {
+
+/// Integer coordinates in the world of a lattice point, of a cell (its low corner), or of a block.
+using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+
+/// Cells along the side of a block. Points on faces are evaluated by both blocks there, so smaller
+/// ones cost more time (8 and 16 measured).
+inline constexpr int block_size = 32;
+
+/// Where lattice point `p` lies: at (i + 1/2) edge_length for all integers i. Fixed in the world,
+/// and off the round coordinates of flat faces.
+inline Eigen::Vector3d lattice_point(const Cell& p, double edge_length) {
+  return edge_length * (p.cast<double>() + Eigen::Vector3d::Constant(0.5));
+}
+
+/// The part of the mesh within one block. A triangle's corner is an index into `vertices`, or with
+/// foreign_bit an index into `foreign`: vertices on the upper faces, and those inside the cells
+/// beyond a face, belong to other blocks.
+struct Patch {
+  static constexpr std::uint32_t foreign_bit = 1U << 31;
+  struct Foreign {
+    std::array<std::int8_t, 3> step = {};             // from this block to the owner
+    std::uint32_t code = 0;                           // the owner's name for it
+    Eigen::Vector3f place = Eigen::Vector3f::Zero();  // the same bytes as the owner's
+  };
+  struct Rim {
+    std::uint32_t code = 0;
+    std::uint32_t vertex = 0;
+  };
+  std::vector<Eigen::Vector3f> vertices = {};
+  std::vector<std::array<std::uint32_t, 3>> triangles = {};
+  std::vector<std::uint8_t> material = {};
+  std::vector<Foreign> foreign = {};
+  std::vector<Rim> rim = {};  // own vertices that other blocks may ask for, sorted by code
+
+  /// That it takes, about.
+  double bytes() const;
+};
+
+/// Marches through blocks, one after the other. Keeps its arrays between blocks; one for each
+/// thread.
+class BlockMarcher {
+ public:
+  BlockMarcher(const ImplicitSurface& surface, double edge_length);
+
+  /// The triangles of a block; depends on nothing but the surface, the edge length and the block.
+  Patch march(const Cell& block);
+
+ private:
+  using Local = Eigen::Vector3i;  // lattice point or cell, from the low corner of the block
+
+  /// Where the surface crosses an edge of the lattice.
+  struct Crossing {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    std::uint8_t material = 0;
+    std::uint8_t face = 0;
+  };
+  /// The surface there, as a plane: normal . p = offset.
+  struct Tangent {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double offset = 0;
+  };
+
+  void refine(const Local& low, int size);
+  void march_cell(const Local& cell);
+  bool holds_sharp_edge(const Local& cell, int open);
+  void march_sharp_cell(const Local& cell, int open);
+  bool shares_sharp_edge(const Local& cell, int open, int edge_a, int edge_b, Local& other);
+
+  const ImplicitSurface::Sample& sample(const Local& p);
+  int open_corners(const Local& cell);
+  Crossing crossing(const Local& from, int axis);
+  Crossing crossing_between_faces(const Local& from, int axis);
+  const Tangent& tangent(const Local& from, int axis);
+  Eigen::Vector3d centre(const Local& cell);
+
+  std::uint32_t vertex(const Local& from, int axis);
+  std::uint32_t centre_vertex(const Local& cell);
+  std::uint32_t add_vertex(const Local& low, std::uint32_t code, const Eigen::Vector3d& place);
+  void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint8_t material);
+
+  Eigen::Vector3d point(const Local& p) const;
+  double margin(const Eigen::Vector3d& place) const;
+
+  const ImplicitSurface& surface_;
+  double edge_;
+  Cell origin_ = Cell::Zero();
+  std::vector<ImplicitSurface::Sample> samples_;
+  std::vector<std::uint8_t> sampled_;
+  std::vector<std::uint32_t> vertex_of_code_;
+  // Of the few crossings near sharp edges, by code.
+  std::unordered_map<std::uint32_t, Crossing> crossings_;
+  std::unordered_map<std::uint32_t, Tangent> tangents_;
+  Patch patch_;
+};
+
+}  // namespace minescan
