@@ -15,6 +15,7 @@
 
 #include "core/output_file.h"
 #include "core/text.h"
+#include "scenes/self_intersection.h"
 
 namespace minescan {
 namespace {
@@ -82,13 +83,6 @@ std::size_t count_components(const HalfEdgeMesh& mesh) {
   return components;
 }
 
-bool has_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const Eigen::Vector3d a = mesh.vertices[triangle[0]].cast<double>();
-  const Eigen::Vector3d b = mesh.vertices[triangle[1]].cast<double>();
-  const Eigen::Vector3d c = mesh.vertices[triangle[2]].cast<double>();
-  return (b - a).cross(c - a).norm() > 0;
-}
-
 }  // namespace
 
 MeshCheck check_mesh(const TriangleMesh& mesh) {
@@ -120,6 +114,7 @@ MeshCheck check_mesh(const TriangleMesh& mesh) {
   }
   for (const auto& triangle : mesh.triangles)
     if (!has_area(mesh, triangle)) ++check.degenerate_triangles;
+  check.self_intersections = count_self_intersections(mesh);
   return check;
 }
 
