@@ -358,5 +358,20 @@ TEST(HasArea, IsWhatCornersInALineDoNotHave) {
   }
 }
 
+TEST(HasArea, IsDecidedExactly) {
+  for (std::uint64_t stream = 0; stream < 300; ++stream) {
+    Random random(5, stream);
+    const float p = static_cast<float>((1 << 23) + random.below(1 << 23));
+    const float q = static_cast<float>((1 << 23) + random.below(1 << 23));
+    const auto power = [&] { return std::ldexp(1.0F, static_cast<int>(random.below(40))); };
+    TriangleMesh mesh{.triangles = {{0, 1, 2}}};
+    for (const float along : {-power(), power(), 0.5F / power()})
+      mesh.vertices.emplace_back(along * p, along * q, 0);
+    EXPECT_FALSE(has_area(mesh, mesh.triangles[0])) << "stream " << stream;
+    mesh.vertices[2].x() = std::nextafter(mesh.vertices[2].x(), 0.0F);
+    EXPECT_TRUE(has_area(mesh, mesh.triangles[0])) << "stream " << stream;
+  }
+}
+
 }  // namespace
 }  // namespace minescan
