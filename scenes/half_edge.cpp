@@ -15,6 +15,7 @@
 
 #include "core/output_file.h"
 #include "core/text.h"
+#include "scenes/self_intersection.h"
 
 namespace minescan {
 namespace {
@@ -82,16 +83,24 @@ std::size_t count_components(const HalfEdgeMesh& mesh) {
   return components;
 }
 
-bool has_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const Eigen::Vector3d a = mesh.vertices[triangle[0]].cast<double>();
-  const Eigen::Vector3d b = mesh.vertices[triangle[1]].cast<double>();
-  const Eigen::Vector3d c = mesh.vertices[triangle[2]].cast<double>();
-  return (b - a).cross(c - a).norm() > 0;
+/// Vertices where going round meets only some of the triangles: where surfaces touch, it meets
+/// those of one.
+std::size_t count_non_manifold_vertices(const HalfEdgeMesh& mesh) {
+  std::vector<std::uint32_t> triangles_at(mesh.n_vertices(), 0);
+  for (const OpenMesh::FaceHandle f : mesh.faces())
+    for (const OpenMesh::VertexHandle v : mesh.fv_range(f)) ++triangles_at[v.idx()];
+  std::size_t count = 0;
+  for (const OpenMesh::VertexHandle v : mesh.vertices()) {
+    if (mesh.is_isolated(v)) continue;
+    std::uint32_t met = 0;
+    for (const OpenMesh::FaceHandle f : mesh.vf_range(v)) met += f.is_valid() ? 1 : 0;
+    if (met != triangles_at[v.idx()] || !mesh.is_manifold(v)) ++count;
+  }
+  return count;
 }
 
-}  // namespace
-
-MeshCheck check_mesh(const TriangleMesh& mesh) {
+/// What the half-edges tell; they are gone before the rest needs memory.
+MeshCheck check_structure(const TriangleMesh& mesh) {
   const Built structure = built(mesh);
   const HalfEdgeMesh& half_edges = structure.mesh;
   MeshCheck check;
@@ -103,23 +112,19 @@ MeshCheck check_mesh(const TriangleMesh& mesh) {
   check.refused_triangles = structure.refused;
   for (const OpenMesh::EdgeHandle e : half_edges.edges())
     if (half_edges.is_boundary(e)) ++check.boundary_edges;
+  check.non_manifold_vertices = count_non_manifold_vertices(half_edges);
+  for (const OpenMesh::VertexHandle v : half_edges.vertices())
+    if (half_edges.is_isolated(v)) ++check.unused_vertices;
+  return check;
+}
 
-  // Going around a vertex must meet all its triangles; where two surfaces touch, it meets those of
-  // one.
-  std::vector<std::uint32_t> triangles_at(mesh.vertices.size(), 0);
-  for (const OpenMesh::FaceHandle f : half_edges.faces())
-    for (const OpenMesh::VertexHandle v : half_edges.fv_range(f)) ++triangles_at[v.idx()];
-  for (const OpenMesh::VertexHandle v : half_edges.vertices()) {
-    if (half_edges.is_isolated(v)) {
-      ++check.unused_vertices;
-      continue;
-    }
-    std::uint32_t met = 0;
-    for (const OpenMesh::FaceHandle f : half_edges.vf_range(v)) met += f.is_valid() ? 1 : 0;
-    if (met != triangles_at[v.idx()] || !half_edges.is_manifold(v)) ++check.non_manifold_vertices;
-  }
+}  // namespace
+
+MeshCheck check_mesh(const TriangleMesh& mesh) {
+  MeshCheck check = check_structure(mesh);
   for (const auto& triangle : mesh.triangles)
     if (!has_area(mesh, triangle)) ++check.degenerate_triangles;
+  check.self_intersections = count_self_intersections(mesh);
   return check;
 }
 

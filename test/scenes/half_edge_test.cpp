@@ -115,6 +115,17 @@ TEST(CheckMesh, FindsTrianglesWithoutAreaAndVerticesWithoutTriangles) {
   EXPECT_EQ(check_mesh(mesh).degenerate_triangles, 1U);
 }
 
+TEST(CheckMesh, FindsSurfacesThatCross) {
+  TriangleMesh mesh = two_tetrahedra(0);
+  EXPECT_EQ(check_mesh(mesh).self_intersections, 0U);
+  // The second one's tip through the first one's floor: three of its sides.
+  mesh.vertices[7] = {0.2F, 0.2F, 0.1F};
+  const MeshCheck check = check_mesh(mesh);
+  EXPECT_EQ(check.self_intersections, 3U);
+  EXPECT_TRUE(check.closed());
+  EXPECT_FALSE(check.valid());
+}
+
 TEST(CheckMesh, FindsAnEmptyMeshInvalid) { EXPECT_FALSE(check_mesh({}).valid()); }
 
 TEST(CheckMesh, RefusesATriangleOfVerticesThatAreNotThere) {

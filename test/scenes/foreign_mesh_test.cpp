@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: MIT
+#include "scenes/foreign_mesh.h"
