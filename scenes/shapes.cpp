@@ -163,7 +163,7 @@ void add_tube(TriangleMesh& mesh, std::span<const Eigen::Vector3d> line, double 
   const Eigen::Vector3d start = (line[1] - line[0]).normalized();
   const Eigen::Vector3d side = start.unitOrthogonal();
   const Eigen::Vector3d other_side = start.cross(side);
-  // Corners of the section as seen from the line, perpendicular to the leg that ends there.
+  // From the line to the corners of the section.
   std::vector<Eigen::Vector3d> section;
   for (int i = 0; i < sides; ++i) {
     const double angle = 2 * std::numbers::pi * i / sides;
@@ -177,11 +177,10 @@ void add_tube(TriangleMesh& mesh, std::span<const Eigen::Vector3d> line, double 
         i + 1 < line.size() ? (line[i + 1] - line[i]).normalized() : before;
     const Eigen::Vector3d normal = before + behind;  // of the plane that halves the bend
     for (Eigen::Vector3d& o : section) {
-      // Along the leg to that plane, then square to the next leg: what the smallest rotation from
-      // one leg to the other does to the section.
+      // Along the leg to that plane; the next leg goes on from there, its section turned by the
+      // smallest rotation from one leg to the other.
       o -= o.dot(normal) / before.dot(normal) * before;
       corners.emplace_back(line[i] + o);
-      o -= o.dot(behind) * behind;
     }
   }
   add_rings(mesh, corners, static_cast<std::uint32_t>(sides), material);
