@@ -5,12 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace minescan {
+#include "core/interval.h"
 
-struct Interval {
-  double low = 0;
-  double high = 0;
-};
+namespace minescan {
 
 /// Quantile of type 7 (Hyndman & Fan 1996): linear between order statistics, p in [0, 1].
 /// Throws std::invalid_argument if `values` is empty or holds NaN.

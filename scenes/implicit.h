@@ -9,14 +9,9 @@
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/interval.h"
 
 namespace minescan {
-
-/// All numbers from `low` to `high`.
-struct Interval {
-  double low = 0;
-  double high = 0;
-};
 
 /// The zero set of a function that is negative in the open space and positive in the rock. Both
 /// functions are pure: any thread may call them, and the same argument gives the same bits.

@@ -90,9 +90,7 @@ std::string numbered(const char* name, int line, int part) {
   std::string text = name;
   for (const int n : {line, part}) {
     const std::string digits = std::to_string(n);
-    text += '-';
-    if (digits.size() < 3) text.append(3 - digits.size(), '0');
-    text += digits;
+    text.append(1, '-').append(digits.size() < 3 ? 3 - digits.size() : 0, '0').append(digits);
   }
   return text;
 }
