@@ -111,7 +111,7 @@ BlockMarcher::BlockMarcher(const ImplicitSurface& surface, double edge_length)
 }
 
 Patch BlockMarcher::march(const Cell& block) {
-  origin_ = block * block_size;
+  origin_ = low_of(block);
   std::fill(sampled_.begin(), sampled_.end(), std::uint8_t{0});
   std::fill(vertex_of_code_.begin(), vertex_of_code_.end(), no_vertex);
   crossings_.clear();
@@ -132,22 +132,38 @@ void BlockMarcher::refine(const Local& low, int size) {
   const Interval range =
       surface_.range(point(low) + Eigen::Vector3d::Constant(half), half * std::sqrt(3.0));
   if (range.low > 0 || range.high < 0) return;
-  const int step = size > leaf_size ? size / 2 : 1;
+  if (size == leaf_size) {
+    march_leaf(low);
+    return;
+  }
+  const int step = size / 2;
   for (int z = 0; z < size; z += step)
     for (int y = 0; y < size; y += step)
-      for (int x = 0; x < size; x += step) {
-        const Local child = low + Local(x, y, z);
-        if (size > leaf_size) {
-          refine(child, step);
-        } else {
-          march_cell(child);
+      for (int x = 0; x < size; x += step) refine(low + Local(x, y, z), step);
+}
+
+/// Looks at each corner once for all cells of the leaf.
+void BlockMarcher::march_leaf(const Local& low) {
+  constexpr int side = leaf_size + 1;
+  std::array<std::uint8_t, side* side* side> open = {};
+  std::size_t i = 0;
+  for (int z = 0; z < side; ++z)
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x < side; ++x) open[i++] = sample(low + Local(x, y, z)).value < 0;
+  for (int z = 0; z < leaf_size; ++z)
+    for (int y = 0; y < leaf_size; ++y)
+      for (int x = 0; x < leaf_size; ++x) {
+        int corners = 0;
+        for (int corner = 0; corner < cube_corners; ++corner) {
+          const Local c = corner_of({x, y, z}, corner);
+          corners |= open[static_cast<std::size_t>((c.z() * side + c.y()) * side + c.x())]
+                     << corner;
         }
+        if (corners != 0 && corners != 0xff) march_cell(low + Local(x, y, z), corners);
       }
 }
 
-void BlockMarcher::march_cell(const Local& cell) {
-  const int open = open_corners(cell);
-  if (open == 0 || open == 0xff) return;
+void BlockMarcher::march_cell(const Local& cell, int open) {
   if (holds_sharp_edge(cell, open)) {
     march_sharp_cell(cell, open);
     return;
@@ -159,7 +175,7 @@ void BlockMarcher::march_cell(const Local& cell) {
       const int axis = triangle[i] / 4;
       const Local from = corner_of(cell, cube_edge_ends()[triangle[i]].from);
       corners[i] = vertex(from, axis);
-      materials[i] = crossing(from, axis).material;
+      materials[i] = material(from, axis);
     }
     // The material of most corners.
     add_triangle(corners[0], corners[1], corners[2],
@@ -237,6 +253,14 @@ int BlockMarcher::open_corners(const Local& cell) {
   return open;
 }
 
+/// That of the end nearer to the surface.
+std::uint8_t BlockMarcher::material(const Local& from, int axis) {
+  const ImplicitSurface::Sample& a = sample(from);
+  const ImplicitSurface::Sample& b = sample(from + Local::Unit(axis));
+  if (a.face != b.face) return crossing_between_faces(from, axis).material;
+  return std::abs(a.value) <= std::abs(b.value) ? a.material : b.material;
+}
+
 BlockMarcher::Crossing BlockMarcher::crossing(const Local& from, int axis) {
   const ImplicitSurface::Sample& a = sample(from);
   const ImplicitSurface::Sample& b = sample(from + Local::Unit(axis));
@@ -245,7 +269,7 @@ BlockMarcher::Crossing BlockMarcher::crossing(const Local& from, int axis) {
   result.place = point(from);
   const double least = margin(result.place);
   result.place[axis] += edge_ * std::clamp(a.value / (a.value - b.value), least, 1 - least);
-  result.material = std::abs(a.value) <= std::abs(b.value) ? a.material : b.material;
+  result.material = material(from, axis);
   result.face = a.face;
   return result;
 }
