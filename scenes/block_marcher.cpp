@@ -24,25 +24,35 @@ constexpr double least_margin = 1e-3;
 // ... and at least this many steps of a float.
 constexpr double margin_steps = 8;
 
-// Points of a block and one more to each side: whether a cell beyond a face has a vertex inside
-// depends on all its corners.
-constexpr int known_points = block_size + 3;
+// Points of a block and two more to each side: where the vertex inside of a cell beyond a face lies
+// depends on that cell's neighbours.
+constexpr int more_points = 2;
+constexpr int known_points = block_size + 1 + 2 * more_points;
+constexpr int block_points = block_size + 1;
+constexpr std::size_t points_of_block = block_points * block_points * block_points;
 constexpr std::uint32_t no_vertex = ~0U;
 
 std::size_t index_of(const Eigen::Vector3i& p) {
-  return static_cast<std::size_t>(((p.z() + 1) * known_points + p.y() + 1) * known_points + p.x() +
-                                  1);
+  const Eigen::Vector3i q = p + Eigen::Vector3i::Constant(more_points);
+  return static_cast<std::size_t>((q.z() * known_points + q.y()) * known_points + q.x());
 }
 
-/// Names the vertex on an edge of the lattice, by its lower end and its axis, or with axis 3 the
-/// one inside a cell.
-std::uint32_t code_of(const Eigen::Vector3i& p, int axis) {
-  return static_cast<std::uint32_t>(4 * index_of(p)) + static_cast<std::uint32_t>(axis);
+/// Names the vertex on an edge of the lattice, by its lower end and its axis, or with
+/// first_inside + i the one that the i-th loop of a cell has inside.
+constexpr int first_inside = 3;
+constexpr int codes_per_point = first_inside + 4;  // the most loops of any case
+std::uint32_t code_of(const Eigen::Vector3i& p, int kind) {
+  return static_cast<std::uint32_t>(codes_per_point * index_of(p)) +
+         static_cast<std::uint32_t>(kind);
 }
-constexpr int inside_cell = 3;
+int kind_of(std::uint32_t code) { return static_cast<int>(code % codes_per_point); }
 
 Eigen::Vector3i corner_of(const Eigen::Vector3i& cell, int corner) {
   return cell + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+}
+
+Eigen::Vector3i lower_end(const Eigen::Vector3i& cell, int edge) {
+  return corner_of(cell, cube_edge_ends()[edge].from);
 }
 
 /// The corners of one face of a cube, as bits.
@@ -65,6 +75,25 @@ CubeFace common_face(int edge_a, int edge_b) {
     for (int side = 0; side < 2; ++side)
       if ((corners & ~corners_in_face(axis, side)) == 0) return {axis, side};
   return {};  // not reached: diagonals are inside, steps of a loop within faces
+}
+
+/// An edge of a cube as the cube beyond one of its faces calls it.
+int across(int edge, int axis) {
+  const int from = cube_edge_ends()[edge].from ^ 1 << axis;
+  int same = 4 * (edge / 4);
+  while (cube_edge_ends()[same].from != from) ++same;
+  return same;
+}
+
+/// The loop that runs through a crossed edge.
+int loop_with(int open_corners, int edge) {
+  const MarchingLoops& loops = marching_loops()[open_corners];
+  int index = 0;
+  for (const auto& loop : loops) {
+    if (std::find(loop.begin(), loop.end(), edge) != loop.end()) break;
+    ++index;
+  }
+  return index;
 }
 
 /// The place on the line p + t d within a box that is nearest to p, if there is one.
@@ -107,13 +136,14 @@ BlockMarcher::BlockMarcher(const ImplicitSurface& surface, double edge_length)
   constexpr std::size_t points = known_points * known_points * known_points;
   samples_.resize(points);
   sampled_.resize(points);
-  vertex_of_code_.resize(4 * points);
+  vertex_of_edge_.resize(3 * points_of_block);
 }
 
 Patch BlockMarcher::march(const Cell& block) {
-  origin_ = block * block_size;
+  origin_ = low_of(block);
   std::fill(sampled_.begin(), sampled_.end(), std::uint8_t{0});
-  std::fill(vertex_of_code_.begin(), vertex_of_code_.end(), no_vertex);
+  std::fill(vertex_of_edge_.begin(), vertex_of_edge_.end(), no_vertex);
+  vertices_inside_.clear();
   crossings_.clear();
   tangents_.clear();
   refine(Local::Zero(), block_size);
@@ -132,95 +162,127 @@ void BlockMarcher::refine(const Local& low, int size) {
   const Interval range =
       surface_.range(point(low) + Eigen::Vector3d::Constant(half), half * std::sqrt(3.0));
   if (range.low > 0 || range.high < 0) return;
-  const int step = size > leaf_size ? size / 2 : 1;
+  if (size == leaf_size) {
+    march_leaf(low);
+    return;
+  }
+  const int step = size / 2;
   for (int z = 0; z < size; z += step)
     for (int y = 0; y < size; y += step)
-      for (int x = 0; x < size; x += step) {
-        const Local child = low + Local(x, y, z);
-        if (size > leaf_size) {
-          refine(child, step);
-        } else {
-          march_cell(child);
+      for (int x = 0; x < size; x += step) refine(low + Local(x, y, z), step);
+}
+
+/// Looks at each corner once for all cells of the leaf.
+void BlockMarcher::march_leaf(const Local& low) {
+  constexpr int side = leaf_size + 1;
+  std::array<std::uint8_t, side* side* side> open = {};
+  std::size_t i = 0;
+  for (int z = 0; z < side; ++z)
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x < side; ++x) open[i++] = sample(low + Local(x, y, z)).value < 0;
+  for (int z = 0; z < leaf_size; ++z)
+    for (int y = 0; y < leaf_size; ++y)
+      for (int x = 0; x < leaf_size; ++x) {
+        int corners = 0;
+        for (int corner = 0; corner < cube_corners; ++corner) {
+          const Local c = corner_of({x, y, z}, corner);
+          corners |= open[static_cast<std::size_t>((c.z() * side + c.y()) * side + c.x())]
+                     << corner;
         }
+        if (corners != 0 && corners != 0xff) march_cell(low + Local(x, y, z), corners);
       }
 }
 
-void BlockMarcher::march_cell(const Local& cell) {
-  const int open = open_corners(cell);
-  if (open == 0 || open == 0xff) return;
-  if (holds_sharp_edge(cell, open)) {
-    march_sharp_cell(cell, open);
-    return;
-  }
-  for (const auto& triangle : marching_cases()[open]) {
-    std::array<std::uint32_t, 3> corners = {};
-    std::array<std::uint8_t, 3> materials = {};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const int axis = triangle[i] / 4;
-      const Local from = corner_of(cell, cube_edge_ends()[triangle[i]].from);
-      corners[i] = vertex(from, axis);
-      materials[i] = crossing(from, axis).material;
+const std::vector<std::uint8_t>& BlockMarcher::loop_of(const Piece& piece) {
+  return marching_loops()[piece.open][static_cast<std::size_t>(piece.loop)];
+}
+
+void BlockMarcher::march_cell(const Local& cell, int open) {
+  // The table lists the triangles of each loop, two fewer than it has corners, after those of the
+  // loops before.
+  auto triangle = marching_cases()[open].begin();
+  const MarchingLoops& loops = marching_loops()[open];
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto end = triangle + static_cast<std::ptrdiff_t>(loops[i].size()) - 2;
+    const Piece piece = {cell, open, static_cast<int>(i)};
+    if (has_sharp_edge(piece)) {
+      march_sharp(piece);
+      triangle = end;
     }
-    // The material of most corners.
-    add_triangle(corners[0], corners[1], corners[2],
-                 materials[1] == materials[2] ? materials[1] : materials[0]);
+    for (; triangle != end; ++triangle) {
+      std::array<std::uint32_t, 3> corners = {};
+      std::array<std::uint8_t, 3> materials = {};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int axis = (*triangle)[c] / 4;
+        const Local from = lower_end(cell, (*triangle)[c]);
+        corners[c] = vertex(from, axis);
+        materials[c] = material(from, axis);
+      }
+      // The material of most corners.
+      add_triangle(corners[0], corners[1], corners[2],
+                   materials[1] == materials[2] ? materials[1] : materials[0]);
+    }
   }
 }
 
-/// Whether the surface in a cell is one piece of several faces: then it gets a vertex inside.
-bool BlockMarcher::holds_sharp_edge(const Local& cell, int open) {
+/// Whether a piece of surface is of several faces: then it gets a vertex inside the cell.
+bool BlockMarcher::has_sharp_edge(const Piece& piece) {
+  const std::uint8_t first = sample(piece.cell).face;
   bool all_equal = true;
-  const std::uint8_t first = sample(cell).face;
   for (int corner = 1; corner < cube_corners; ++corner)
-    if (sample(corner_of(cell, corner)).face != first) all_equal = false;
-  if (all_equal || marching_loops()[open].size() != 1) return false;
+    if (sample(corner_of(piece.cell, corner)).face != first) all_equal = false;
+  if (all_equal) return false;  // almost everywhere
   std::bitset<256> faces;
-  for (const int edge : marching_loops()[open][0])
-    faces.set(crossing(corner_of(cell, cube_edge_ends()[edge].from), edge / 4).face);
+  for (const int edge : loop_of(piece)) faces.set(crossing_of(piece.cell, edge).face);
   return faces.count() >= 2;
 }
 
 /// A fan about the vertex inside. Where a sharp edge leaves the cell between two vertices, their
-/// edge is replaced by the one between the vertices inside of both cells there; of the two
-/// triangles of that quadrilateral this cell makes the one at its loop's first vertex, the other
-/// cell the other.
-void BlockMarcher::march_sharp_cell(const Local& cell, int open) {
-  const std::vector<std::uint8_t>& loop = marching_loops()[open][0];
-  const std::uint32_t middle = centre_vertex(cell);
+/// edge is replaced by the one between the vertices inside both cells there; of the two triangles
+/// of that quadrilateral this cell makes the one at its loop's first vertex, the other cell the
+/// other.
+void BlockMarcher::march_sharp(const Piece& piece) {
+  const std::vector<std::uint8_t>& loop = loop_of(piece);
+  const std::uint32_t middle = vertex_inside(piece);
   for (std::size_t i = 0; i < loop.size(); ++i) {
-    const int edge = loop[i];
-    const int next = loop[(i + 1) % loop.size()];
-    const Local from = corner_of(cell, cube_edge_ends()[edge].from);
-    const Local next_from = corner_of(cell, cube_edge_ends()[next].from);
-    const std::uint32_t a = vertex(from, edge / 4);
-    Local other;
-    const std::uint32_t b = shares_sharp_edge(cell, open, edge, next, other)
-                                ? centre_vertex(other)
-                                : vertex(next_from, next / 4);
-    add_triangle(a, b, middle, crossing(from, edge / 4).material);
+    const int next_edge = loop[(i + 1) % loop.size()];
+    const std::uint32_t a = vertex(lower_end(piece.cell, loop[i]), loop[i] / 4);
+    const std::uint32_t b = vertex(lower_end(piece.cell, next_edge), next_edge / 4);
+    std::uint32_t next = b;
+    if (const std::optional<Piece> other = across_sharp_edge(piece, loop[i], next_edge)) {
+      const std::uint32_t beyond = vertex_inside(*other);
+      if (has_area(a, beyond, middle) && has_area(b, beyond, middle)) next = beyond;
+    }
+    add_triangle(a, next, middle, crossing_of(piece.cell, loop[i]).material);
   }
 }
 
-/// Whether a sharp edge runs between two vertices of a cell's loop to a vertex inside `other`.
-/// The same from both sides: their faces belong to the vertices, and as they differ, the cells have
-/// vertices inside if they have one loop each.
-bool BlockMarcher::shares_sharp_edge(const Local& cell, int open, int edge_a, int edge_b,
-                                     Local& other) {
-  const Local from_a = corner_of(cell, cube_edge_ends()[edge_a].from);
-  const Local from_b = corner_of(cell, cube_edge_ends()[edge_b].from);
-  if (crossing(from_a, edge_a / 4).face == crossing(from_b, edge_b / 4).face) return false;
+/// The piece of surface in the next cell to which a sharp edge runs between two vertices of a
+/// loop, if one does. The same from both sides: faces belong to vertices, and where they differ,
+/// both pieces have vertices inside.
+std::optional<BlockMarcher::Piece> BlockMarcher::across_sharp_edge(const Piece& piece, int edge_a,
+                                                                   int edge_b) {
+  if (crossing_of(piece.cell, edge_a).face == crossing_of(piece.cell, edge_b).face)
+    return std::nullopt;
   const CubeFace face = common_face(edge_a, edge_b);
-  // With two lines in the face between the cells, two edges would join the same vertices.
+  Piece other;
+  other.cell = piece.cell;
+  other.cell[face.axis] += face.side == 1 ? 1 : -1;
+  other.open = open_corners(other.cell);
+  other.loop = loop_with(other.open, across(edge_a, face.axis));
+  // Two lines may cross the face between the cells, and be in one loop on either side: two edges
+  // would join the same vertices.
   const int corners = corners_in_face(face.axis, face.side);
-  int crossed = 0;
-  for (const CubeEdge& ends : cube_edge_ends())
-    if ((corners >> ends.from & corners >> ends.to & 1) != 0 &&
-        (open >> ends.from & 1) != (open >> ends.to & 1))
-      ++crossed;
-  if (crossed != 2) return false;
-  other = cell;
-  other[face.axis] += face.side == 1 ? 1 : -1;
-  return marching_loops()[open_corners(other)].size() == 1;
+  for (int edge = 0; edge < cube_edges; ++edge) {
+    const CubeEdge ends = cube_edge_ends()[edge];
+    const bool in_face = (corners >> ends.from & corners >> ends.to & 1) != 0;
+    const bool crossed = (piece.open >> ends.from & 1) != (piece.open >> ends.to & 1);
+    if (in_face && crossed && edge != edge_a && edge != edge_b &&
+        loop_with(piece.open, edge) == piece.loop &&
+        loop_with(other.open, across(edge, face.axis)) == other.loop)
+      return std::nullopt;
+  }
+  return other;
 }
 
 const ImplicitSurface::Sample& BlockMarcher::sample(const Local& p) {
@@ -237,6 +299,14 @@ int BlockMarcher::open_corners(const Local& cell) {
   return open;
 }
 
+/// That of the end nearer to the surface.
+std::uint8_t BlockMarcher::material(const Local& from, int axis) {
+  const ImplicitSurface::Sample& a = sample(from);
+  const ImplicitSurface::Sample& b = sample(from + Local::Unit(axis));
+  if (a.face != b.face) return crossing_between_faces(from, axis).material;
+  return std::abs(a.value) <= std::abs(b.value) ? a.material : b.material;
+}
+
 BlockMarcher::Crossing BlockMarcher::crossing(const Local& from, int axis) {
   const ImplicitSurface::Sample& a = sample(from);
   const ImplicitSurface::Sample& b = sample(from + Local::Unit(axis));
@@ -245,7 +315,7 @@ BlockMarcher::Crossing BlockMarcher::crossing(const Local& from, int axis) {
   result.place = point(from);
   const double least = margin(result.place);
   result.place[axis] += edge_ * std::clamp(a.value / (a.value - b.value), least, 1 - least);
-  result.material = std::abs(a.value) <= std::abs(b.value) ? a.material : b.material;
+  result.material = material(from, axis);
   result.face = a.face;
   return result;
 }
@@ -314,22 +384,20 @@ const BlockMarcher::Tangent& BlockMarcher::tangent(const Local& from, int axis) 
 
 /// The place nearest to the planes of a cell's crossings: on the sharp edge between two faces, at
 /// the tip where three meet.
-Eigen::Vector3d BlockMarcher::centre(const Local& cell) {
-  const int open = open_corners(cell);
-  const std::vector<std::uint8_t>& loop = marching_loops()[open][0];
-  const Eigen::Vector3d corner = point(cell);
+Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
+  const std::vector<std::uint8_t>& loop = loop_of(piece);
+  const Eigen::Vector3d corner = point(piece.cell);
   // From the corner, in edges.
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const int edge : loop)
-    mean += (crossing(corner_of(cell, cube_edge_ends()[edge].from), edge / 4).place - corner) /
-            (edge_ * static_cast<double>(loop.size()));
+    mean +=
+        (crossing_of(piece.cell, edge).place - corner) / (edge_ * static_cast<double>(loop.size()));
   std::bitset<256> faces;
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // of the normal equations
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const int edge : loop) {
-    const Local from = corner_of(cell, cube_edge_ends()[edge].from);
-    faces.set(crossing(from, edge / 4).face);
-    const Tangent& t = tangent(from, edge / 4);
+    faces.set(crossing_of(piece.cell, edge).face);
+    const Tangent& t = tangent(lower_end(piece.cell, edge), edge / 4);
     squares += t.normal * t.normal.transpose();
     const double rest = (t.offset - t.normal.dot(corner)) / edge_ - t.normal.dot(mean);
     right += t.normal * rest;
@@ -348,18 +416,20 @@ Eigen::Vector3d BlockMarcher::centre(const Local& cell) {
   const double least = margin(corner);
   Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(least), Eigen::Vector3d::Constant(1 - least));
   if (box.contains(place)) return corner + edge_ * place;
-  // Along the line it may still reach into the cell. If not, the line runs past the cell through
-  // one of its lattice edges, twice. Then the place may be beyond the faces that no loop crosses:
-  // no triangle is there, and no corner on their edges.
+  // Along the line it may still reach into the cell. If not, the line runs past the cell, through
+  // one of its lattice edges twice. Then the place may be beyond the faces where no triangle ends:
+  // those that no loop crosses, and those whose triangles are turned.
   Eigen::AlignedBox3d wide = box;
   constexpr double reach = 0.5;
+  std::array<std::array<bool, 2>, 3> ends = {};
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const int next = loop[(i + 1) % loop.size()];
+    const CubeFace face = common_face(loop[i], next);
+    if (!across_sharp_edge(piece, loop[i], next)) ends[face.axis][face.side] = true;
+  }
   for (int axis = 0; axis < 3; ++axis) {
-    const auto crossed = [&](int side) {
-      const int corners = corners_in_face(axis, side);
-      return (open & corners) != 0 && (open & corners) != corners;
-    };
-    if (!crossed(0)) wide.min()[axis] = -reach;
-    if (!crossed(1)) wide.max()[axis] = 1 + reach;
+    if (!ends[axis][0]) wide.min()[axis] = -reach;
+    if (!ends[axis][1]) wide.max()[axis] = 1 + reach;
   }
   const bool is_line = values[1] > 0.01 * values[2] && (rank == 2 || values[0] <= 0.01 * values[2]);
   const Eigen::Vector3d line = is_line ? Eigen::Vector3d(axes.col(0)) : Eigen::Vector3d::Zero();
@@ -369,18 +439,35 @@ Eigen::Vector3d BlockMarcher::centre(const Local& cell) {
   return corner + edge_ * place.cwiseMax(box.min()).cwiseMin(box.max());
 }
 
-std::uint32_t BlockMarcher::vertex(const Local& from, int axis) {
-  const std::uint32_t code = code_of(from, axis);
-  if (vertex_of_code_[code] == no_vertex)
-    vertex_of_code_[code] = add_vertex(from, code, crossing(from, axis).place);
-  return vertex_of_code_[code];
+BlockMarcher::Crossing BlockMarcher::crossing_of(const Local& cell, int edge) {
+  return crossing(lower_end(cell, edge), edge / 4);
 }
 
-std::uint32_t BlockMarcher::centre_vertex(const Local& cell) {
-  const std::uint32_t code = code_of(cell, inside_cell);
-  if (vertex_of_code_[code] == no_vertex)
-    vertex_of_code_[code] = add_vertex(cell, code, centre(cell));
-  return vertex_of_code_[code];
+std::uint32_t BlockMarcher::vertex(const Local& from, int axis) {
+  const auto index = static_cast<std::size_t>(
+      ((from.z() * block_points + from.y()) * block_points + from.x()) * 3 + axis);
+  std::uint32_t& known = vertex_of_edge_[index];
+  if (known == no_vertex) known = add_vertex(from, code_of(from, axis), crossing(from, axis).place);
+  return known;
+}
+
+std::uint32_t BlockMarcher::vertex_inside(const Piece& piece) {
+  const std::uint32_t code = code_of(piece.cell, first_inside + piece.loop);
+  const auto [known, is_new] = vertices_inside_.try_emplace(code);
+  if (is_new) known->second = add_vertex(piece.cell, code, place_inside(piece));
+  return known->second;
+}
+
+/// Exact: products of differences of floats fit into doubles.
+bool BlockMarcher::has_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const auto place = [&](std::uint32_t v) -> Eigen::Vector3d {
+    const Eigen::Vector3f& p = (v & Patch::foreign_bit) != 0
+                                   ? patch_.foreign[v & ~Patch::foreign_bit].place
+                                   : patch_.vertices[v];
+    return p.cast<double>();
+  };
+  const Eigen::Vector3d origin = place(a);
+  return ((place(b) - origin).cross(place(c) - origin).array() != 0).any();
 }
 
 /// The vertex belongs to the block that holds the lattice point `low`.
@@ -395,14 +482,14 @@ std::uint32_t BlockMarcher::add_vertex(const Local& low, std::uint32_t code,
   if (step != Local::Zero()) {
     Patch::Foreign foreign;
     for (int axis = 0; axis < 3; ++axis) foreign.step[axis] = static_cast<std::int8_t>(step[axis]);
-    foreign.code = code_of(low - step * block_size, static_cast<int>(code % 4));
+    foreign.code = code_of(low - step * block_size, kind_of(code));
     foreign.place = place.cast<float>();
     patch_.foreign.push_back(foreign);
     return Patch::foreign_bit | static_cast<std::uint32_t>(patch_.foreign.size() - 1);
   }
   const auto index = static_cast<std::uint32_t>(patch_.vertices.size());
   patch_.vertices.push_back(place.cast<float>());
-  const bool inside = code % 4 == inside_cell;
+  const bool inside = kind_of(code) >= first_inside;
   if (inside ? at_face : low.minCoeff() == 0) patch_.rim.push_back({code, index});
   return index;
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -25,6 +26,10 @@ inline constexpr int block_size = 32;
 inline Eigen::Vector3d lattice_point(const Cell& p, double edge_length) {
   return edge_length * (p.cast<double>() + Eigen::Vector3d::Constant(0.5));
 }
+
+/// The low corner of a block. Floors are at z = 0, and half a block below it is where the two
+/// blocks there would both evaluate them: 3 % more samples of a mine.
+inline Cell low_of(const Cell& block) { return block * block_size - Cell(0, 0, block_size / 2); }
 
 /// The part of the mesh within one block. A triangle's corner is an index into `vertices`, or with
 /// foreign_bit an index into `foreign`: vertices on the upper faces, and those inside the cells
@@ -74,21 +79,33 @@ class BlockMarcher {
     double offset = 0;
   };
 
+  /// What one closed line around a cell bounds, see marching_loops.
+  struct Piece {
+    Local cell = Local::Zero();
+    int open = 0;  // the cell's corners in the open space, as bits
+    int loop = 0;
+  };
+  static const std::vector<std::uint8_t>& loop_of(const Piece& piece);
+
   void refine(const Local& low, int size);
-  void march_cell(const Local& cell);
-  bool holds_sharp_edge(const Local& cell, int open);
-  void march_sharp_cell(const Local& cell, int open);
-  bool shares_sharp_edge(const Local& cell, int open, int edge_a, int edge_b, Local& other);
+  void march_leaf(const Local& low);
+  void march_cell(const Local& cell, int open);
+  bool has_sharp_edge(const Piece& piece);
+  void march_sharp(const Piece& piece);
+  std::optional<Piece> across_sharp_edge(const Piece& piece, int edge_a, int edge_b);
 
   const ImplicitSurface::Sample& sample(const Local& p);
   int open_corners(const Local& cell);
+  std::uint8_t material(const Local& from, int axis);
   Crossing crossing(const Local& from, int axis);
   Crossing crossing_between_faces(const Local& from, int axis);
   const Tangent& tangent(const Local& from, int axis);
-  Eigen::Vector3d centre(const Local& cell);
+  Crossing crossing_of(const Local& cell, int edge);
+  Eigen::Vector3d place_inside(const Piece& piece);
 
   std::uint32_t vertex(const Local& from, int axis);
-  std::uint32_t centre_vertex(const Local& cell);
+  std::uint32_t vertex_inside(const Piece& piece);
+  bool has_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   std::uint32_t add_vertex(const Local& low, std::uint32_t code, const Eigen::Vector3d& place);
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint8_t material);
 
@@ -100,8 +117,9 @@ class BlockMarcher {
   Cell origin_ = Cell::Zero();
   std::vector<ImplicitSurface::Sample> samples_;
   std::vector<std::uint8_t> sampled_;
-  std::vector<std::uint32_t> vertex_of_code_;
-  // Of the few crossings near sharp edges, by code.
+  std::vector<std::uint32_t> vertex_of_edge_;
+  // Of the few cells and crossings at sharp edges, by code.
+  std::unordered_map<std::uint32_t, std::uint32_t> vertices_inside_;
   std::unordered_map<std::uint32_t, Crossing> crossings_;
   std::unordered_map<std::uint32_t, Tangent> tangents_;
   Patch patch_;

@@ -45,8 +45,9 @@ BlockBox blocks_of(const Eigen::AlignedBox3d& bounds, double edge) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto first = static_cast<std::int64_t>(std::floor(bounds.min()[axis] / edge)) - 2;
     const auto last = static_cast<std::int64_t>(std::ceil(bounds.max()[axis] / edge)) + 1;
-    box.low[axis] = floor_ratio(first, block_size);
-    box.high[axis] = floor_ratio(last - 1, block_size) + 1;
+    const std::int64_t origin = low_of(Cell::Zero())[axis];
+    box.low[axis] = floor_ratio(first - origin, block_size);
+    box.high[axis] = floor_ratio(last - 1 - origin, block_size) + 1;
   }
   return box;
 }
@@ -69,7 +70,7 @@ std::vector<Cell> active_blocks(const ImplicitSurface& surface, double edge, con
     active.assign(cubes.size(), 0);
     parallel_for(cubes.size(), 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const Eigen::Vector3d low = lattice_point(cubes[i] * block_size, edge);
+        const Eigen::Vector3d low = lattice_point(low_of(cubes[i]), edge);
         const Interval range =
             surface.range(low + Eigen::Vector3d::Constant(half), half * std::sqrt(3.0));
         active[i] = range.low <= 0 && range.high >= 0;
@@ -273,28 +274,30 @@ struct SurfaceTiles::Impl {
 
   /// Contours those of `tiles` that are not kept.
   void make(const std::vector<Tile>& tiles) {
-    std::vector<Kept*> added;
+    std::map<Tile, Kept> added;
     std::vector<Cell> blocks;
     for (const Tile& tile : tiles) {
       if (kept.contains(tile)) continue;
+      Kept& entry = added[tile];
       const BlockBox box = blocks_of_tile(tile);
-      Kept& entry = kept[tile];
       if ((box.low.array() < box.high.array()).all())
         entry.blocks = active_blocks(surface, edge, box);
       blocks.insert(blocks.end(), entry.blocks.begin(), entry.blocks.end());
-      added.push_back(&entry);
     }
+    const double squares = static_cast<double>(blocks.size()) * block_size * block_size;
+    check_memory(bytes_of(squares), edge, "fewer tiles");
     std::vector<Patch> patches = patches_of(surface, edge, blocks);
     auto next = patches.begin();
-    for (Kept* entry : added) {
-      const auto end = next + static_cast<std::ptrdiff_t>(entry->blocks.size());
-      entry->patches.assign(std::make_move_iterator(next), std::make_move_iterator(end));
+    for (auto& [tile, entry] : added) {
+      const auto end = next + static_cast<std::ptrdiff_t>(entry.blocks.size());
+      entry.patches.assign(std::make_move_iterator(next), std::make_move_iterator(end));
       next = end;
-      entry->bytes = static_cast<double>(sizeof(Kept) + entry->blocks.size() * sizeof(Cell));
-      for (const Patch& patch : entry->patches) entry->bytes += patch.bytes();
-      bytes += entry->bytes;
+      entry.bytes = static_cast<double>(sizeof(Kept) + entry.blocks.size() * sizeof(Cell));
+      for (const Patch& patch : entry.patches) entry.bytes += patch.bytes();
+      bytes += entry.bytes;
       ++made;
     }
+    kept.merge(added);
   }
 
   /// Drops what was not asked for longest; of one call, the first in order.
