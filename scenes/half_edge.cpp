@@ -6,9 +6,15 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
+#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 #pragma GCC diagnostic pop
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -118,14 +124,94 @@ MeshCheck check_structure(const TriangleMesh& mesh) {
   return check;
 }
 
+namespace decimater = OpenMesh::Decimater;
+
+/// Vertices between triangles of several materials stay where they are.
+void lock_borders(HalfEdgeMesh& half_edges, const std::vector<std::uint8_t>& material) {
+  for (const HalfEdgeMesh::VertexHandle v : half_edges.vertices()) {
+    std::optional<std::uint8_t> first;
+    for (const HalfEdgeMesh::FaceHandle f : half_edges.vf_range(v)) {
+      if (!first) first = material[f.idx()];
+      if (material[f.idx()] != *first) half_edges.status(v).set_locked(true);
+    }
+  }
+}
+
+/// The triangles that are left, in the order of `mesh`, whose triangles the faces are.
+TriangleMesh remaining(const HalfEdgeMesh& half_edges, const TriangleMesh& mesh) {
+  TriangleMesh result;
+  result.materials = mesh.materials;
+  std::vector<std::uint32_t> new_index(half_edges.n_vertices(), 0);
+  for (const HalfEdgeMesh::FaceHandle f : half_edges.faces()) {  // all but the deleted ones
+    std::array<std::uint32_t, 3> triangle = {};
+    std::size_t k = 0;
+    for (const HalfEdgeMesh::VertexHandle v : half_edges.fv_range(f)) {
+      triangle[k++] = static_cast<std::uint32_t>(v.idx());
+      new_index[v.idx()] = 1;
+    }
+    result.triangles.push_back(triangle);
+    if (!mesh.material.empty()) result.material.push_back(mesh.material[f.idx()]);
+  }
+  for (std::size_t v = 0; v < new_index.size(); ++v) {
+    if (new_index[v] == 0) continue;
+    new_index[v] = static_cast<std::uint32_t>(result.vertices.size());
+    result.vertices.push_back(mesh.vertices[v]);
+  }
+  for (auto& triangle : result.triangles)
+    for (std::uint32_t& corner : triangle) corner = new_index[corner];
+  return result;
+}
+
 }  // namespace
 
 MeshCheck check_mesh(const TriangleMesh& mesh) {
   MeshCheck check = check_structure(mesh);
   for (const auto& triangle : mesh.triangles)
-    if (!has_area(mesh, triangle)) ++check.degenerate_triangles;
+    if (!has_area(mesh.vertices[triangle[0]], mesh.vertices[triangle[1]],
+                  mesh.vertices[triangle[2]]))
+      ++check.degenerate_triangles;
   check.self_intersections = count_self_intersections(mesh);
   return check;
+}
+
+TriangleMesh decimated(const TriangleMesh& mesh, double ratio) {
+  if (!(ratio > 0 && ratio <= 1))
+    throw std::invalid_argument("decimation: expected a ratio above 0 and up to 1, found " +
+                                number_text(ratio));
+  if (!mesh.material.empty() && mesh.material.size() != mesh.triangles.size())
+    throw std::invalid_argument("decimation: expected a material for each of " +
+                                std::to_string(mesh.triangles.size()) + " triangles, found " +
+                                std::to_string(mesh.material.size()));
+  Built structure = built(mesh);
+  HalfEdgeMesh& half_edges = structure.mesh;
+  const std::size_t odd_vertices = count_non_manifold_vertices(half_edges);
+  if (structure.refused > 0 || odd_vertices > 0)
+    throw std::invalid_argument("decimation: expected a 2-manifold, found " +
+                                std::to_string(structure.refused) +
+                                " triangles that do not fit their neighbours and " +
+                                std::to_string(odd_vertices) + " vertices where surfaces touch");
+  if (ratio == 1) return mesh;
+
+  // What is deleted must be known after the decimater is gone.
+  half_edges.request_vertex_status();
+  half_edges.request_edge_status();
+  half_edges.request_face_status();
+  if (!mesh.material.empty()) lock_borders(half_edges, mesh.material);
+  {
+    decimater::DecimaterT<HalfEdgeMesh> decimation(half_edges);
+    decimater::ModQuadricT<HalfEdgeMesh>::Handle quadrics;
+    decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle no_flips;
+    decimation.add(quadrics);
+    decimation.add(no_flips);
+    // At OpenMesh's 90 degrees some triangles of a rough mine end up crossing each other; at 60,
+    // measured at a half and a tenth of the triangles, none.
+    decimation.module(no_flips).set_max_normal_deviation(60);
+    decimation.initialize();
+    decimation.decimate_to_faces(
+        0,
+        static_cast<std::size_t>(std::llround(ratio * static_cast<double>(half_edges.n_faces()))));
+  }
+  return remaining(half_edges, mesh);
 }
 
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path) {

@@ -46,9 +46,18 @@ struct MeshCheck {
 MeshCheck check_mesh(const TriangleMesh& mesh);
 
 /// `mesh` with about `ratio` (in (0, 1]) of its triangles: edges are collapsed where the shape
-/// changes least (quadric error metrics, Garland and Heckbert 1997), never across borders between
-/// materials. Throws std::invalid_argument for a ratio out of range or triangles that check_mesh
-/// would refuse.
+/// changes least (quadric error metrics, Garland and Heckbert 1997), onto one of their ends and so
+/// that no triangle turns by more than 60 degrees. Vertices between triangles of several materials
+/// stay, so each material keeps its outline; there may be more triangles left than asked for.
+///
+/// returns  a 2-manifold of the same pieces and holes, whose vertices and triangles are in the
+/// order
+///          of `mesh`; unused vertices are dropped. With ratio 1, `mesh`. That triangles do not
+///          cross each other is likely but not certain; check_mesh tells.
+/// throws   std::invalid_argument for a ratio out of range, another number of materials than of
+///          triangles (or 0), or triangles or vertices that check_mesh would find not manifold
+/// cost     about 40 microseconds per collapse, and 150 bytes per triangle
+/// source   OpenMesh's decimater
 TriangleMesh decimated(const TriangleMesh& mesh, double ratio);
 
 /// Writes vertices and triangles; the end of the name says how: .ply (binary), .stl (binary) or

@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -291,10 +293,10 @@ std::vector<std::uint32_t> spatial_order(const TriangleMesh& mesh) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto index = static_cast<std::uint32_t>(i);
       places[i].triangle = index;
-      places[i].has_area = has_area(mesh, mesh.triangles[i]);
+      const Triangle t = triangle_of(mesh, index);
+      places[i].has_area = has_area(t.corner[0], t.corner[1], t.corner[2]);
       if (!places[i].has_area) continue;
-      const Eigen::Vector3d centre =
-          box_of(triangle_of(mesh, index)).cast<double>().center() - bounds.min();
+      const Eigen::Vector3d centre = box_of(t).cast<double>().center() - bounds.min();
       for (int axis = 0; axis < 3; ++axis) {
         const double step = std::clamp(centre[axis] * steps, 0.0, 0x1p21 - 1);
         places[i].on_curve |= spread(static_cast<std::uint64_t>(step)) << axis;
@@ -371,13 +373,9 @@ Leaf leaf_of(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order, 
 
 }  // namespace
 
-bool has_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  Triangle t;
-  for (int k = 0; k < 3; ++k) {
-    t.corner[k] = mesh.vertices[triangle[k]];
-    if (!t.corner[k].allFinite()) return false;
-  }
-  return axis_that_shows_area(t) >= 0;
+bool has_area(const Point& a, const Point& b, const Point& c) {
+  return a.allFinite() && b.allFinite() && c.allFinite() &&
+         axis_that_shows_area({.index = {}, .corner = {a, b, c}}) >= 0;
 }
 
 std::size_t count_self_intersections(const TriangleMesh& mesh) {

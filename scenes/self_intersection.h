@@ -3,16 +3,15 @@
 // of exact arithmetic on the coordinates as they stand, whatever their size.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 
 #include "core/cloud.h"
 
 namespace minescan {
 
-/// Whether the triangle's corners are finite and not in one line.
-bool has_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+/// Whether the corners of a triangle are finite and not in one line.
+bool has_area(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
 /// How many pairs of triangles have more in common than the corners (and the side between two
 /// corners) that they share by index. Touching counts, be it in a point; so do two triangles with

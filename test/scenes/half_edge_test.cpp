@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <bit>
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -31,6 +34,51 @@ TriangleMesh two_tetrahedra(std::uint32_t shared) {
     mesh.triangles.push_back(t);
   }
   return mesh;
+}
+
+/// A box of `size` whose sides are grids of n by n squares of two triangles. Seen from outside
+/// the triangles run counter-clockwise. Its top is of material 1.
+TriangleMesh fine_box(const Eigen::Vector3f& size, std::uint32_t n) {
+  TriangleMesh mesh{.materials = {{.name = "rock"}, {.name = "top"}}};
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> known;
+  const auto vertex = [&](const std::array<std::uint32_t, 3>& at) {
+    const auto [place, is_new] =
+        known.try_emplace(at, static_cast<std::uint32_t>(mesh.vertices.size()));
+    if (is_new) {
+      mesh.vertices.emplace_back();
+      for (int i = 0; i < 3; ++i)
+        mesh.vertices.back()[i] = size[i] * static_cast<float>(at[i]) / static_cast<float>(n);
+    }
+    return place->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool high : {false, true})
+      for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j) {
+          const auto corner = [&](std::uint32_t u, std::uint32_t v) {
+            std::array<std::uint32_t, 3> at = {};
+            at[axis] = high ? n : 0;
+            at[(axis + (high ? 1 : 2)) % 3] = i + u;
+            at[(axis + (high ? 2 : 1)) % 3] = j + v;
+            return vertex(at);
+          };
+          mesh.triangles.push_back({corner(0, 0), corner(1, 0), corner(1, 1)});
+          mesh.triangles.push_back({corner(0, 0), corner(1, 1), corner(0, 1)});
+          mesh.material.insert(mesh.material.end(), 2, axis == 2 && high ? 1 : 0);
+        }
+  return mesh;
+}
+
+/// The area of each of two materials.
+std::array<double, 2> areas(const TriangleMesh& mesh) {
+  std::array<double, 2> sums = {};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    sums.at(mesh.material[t]) += measures({.vertices = mesh.vertices,
+                                           .triangles = {mesh.triangles[t]},
+                                           .material = {},
+                                           .materials = {}})
+                                     .area;
+  return sums;
 }
 
 std::filesystem::path scratch(const std::string& name) {
@@ -132,6 +180,109 @@ TEST(CheckMesh, RefusesATriangleOfVerticesThatAreNotThere) {
   TriangleMesh mesh = tetrahedron();
   mesh.triangles[2][1] = 4;
   EXPECT_THROW(check_mesh(mesh), std::invalid_argument);
+}
+
+TEST(Decimated, LeavesFlatFacesAndMaterialsAsTheyAre) {
+  // 4800 triangles; the border of the top keeps its 80 vertices and so 78 triangles within and 80
+  // around.
+  const TriangleMesh mesh = fine_box({4, 3, 2}, 20);
+  const TriangleMesh coarse = decimated(mesh, 0.1);
+  EXPECT_NEAR(static_cast<double>(coarse.triangles.size()), 480, 1);
+  const MeshCheck check = check_mesh(coarse);
+  EXPECT_TRUE(check.valid());
+  EXPECT_EQ(check.euler_characteristic, 2);
+  // Coordinates are vertices' of before, whose products are rounded to double precision.
+  EXPECT_NEAR(measures(coarse).volume, -24, 1e-12);
+  EXPECT_NEAR(areas(coarse)[0], 52 - 12, 1e-12);
+  EXPECT_NEAR(areas(coarse)[1], 12, 1e-12);
+  ASSERT_EQ(coarse.materials.size(), 2U);
+  EXPECT_EQ(coarse.materials[1].name, "top");
+}
+
+TEST(Decimated, KeepsTheBorderBetweenMaterials) {
+  // Materials that change within the flat faces, in the middle.
+  TriangleMesh mesh = fine_box({4, 3, 2}, 20);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = corners(mesh, mesh.triangles[t]);
+    mesh.material[t] = a.x() + b.x() + c.x() > 3 * 2 ? 1 : 0;
+  }
+  const TriangleMesh coarse = decimated(mesh, 0.1);
+  EXPECT_TRUE(check_mesh(coarse).valid());
+  EXPECT_NEAR(areas(coarse)[0], 26, 1e-12);
+  EXPECT_NEAR(areas(coarse)[1], 26, 1e-12);
+}
+
+// Far from the origin and askew, quadrics of flat faces are rounded to less than zero.
+TEST(Decimated, ReachesItsAimWhereFacesLieAskew) {
+  TriangleMesh mesh = fine_box({4, 3, 2}, 20);
+  mesh.material.clear();
+  const Eigen::Matrix3f turn =
+      Eigen::AngleAxisf(0.7F, Eigen::Vector3f(1, 2, 3).normalized()).toRotationMatrix();
+  for (Eigen::Vector3f& v : mesh.vertices) v = turn * v + Eigen::Vector3f(200, -300, 50);
+  const TriangleMesh coarse = decimated(mesh, 12.0 / 4800);
+  EXPECT_NEAR(static_cast<double>(coarse.triangles.size()), 12, 1);
+  EXPECT_TRUE(coarse.material.empty());
+  EXPECT_TRUE(check_mesh(coarse).valid());
+  // Vertices are rounded to 1.5e-5 m, half of that at most, on 52 m^2 of faces.
+  EXPECT_NEAR(measures(coarse).volume, -24, 52 * 1.5e-5);
+}
+
+TEST(Decimated, StaysNearASphere) {
+  TriangleMesh mesh = fine_box({2, 2, 2}, 20);
+  for (Eigen::Vector3f& v : mesh.vertices) v = (v - Eigen::Vector3f(1, 1, 1)).normalized() * 3;
+  std::fill(mesh.material.begin(), mesh.material.end(), 0);
+  const double volume = measures(mesh).volume;
+  double least_change = 0;
+  for (const double ratio : {0.5, 0.1, 0.02}) {
+    const TriangleMesh coarse = decimated(mesh, ratio);
+    const double n = static_cast<double>(coarse.triangles.size());
+    EXPECT_NEAR(n, ratio * 4800, 1);
+    EXPECT_TRUE(check_mesh(coarse).valid());
+    // n equal triangles with their corners on a sphere miss 9/8 r^2 of its volume, where
+    // r^2 = 16 pi / (3 sqrt(3) n) is that of their circumcircle. These are not equal: three times.
+    const double change = 1 - measures(coarse).volume / volume;
+    EXPECT_GT(change, least_change);
+    EXPECT_LT(change, 3 * 9 / 8.0 * 16 * 3.14159 / (3 * std::sqrt(3) * n)) << ratio;
+    least_change = change;
+  }
+}
+
+TEST(Decimated, ToAllOfItIsTheSameMeshAndTwiceTheSameBytes) {
+  const TriangleMesh mesh = fine_box({4, 3, 2}, 10);
+  EXPECT_TRUE(same_bytes(decimated(mesh, 1), mesh));
+  EXPECT_TRUE(same_bytes(decimated(mesh, 0.3), decimated(mesh, 0.3)));
+}
+
+TEST(Decimated, TakesAMeshWithAHole) {
+  TriangleMesh mesh = fine_box({4, 3, 2}, 10);
+  mesh.triangles.pop_back();
+  mesh.material.pop_back();
+  const TriangleMesh coarse = decimated(mesh, 0.5);
+  EXPECT_LT(coarse.triangles.size(), 610U);
+  EXPECT_EQ(check_mesh(coarse).refused_triangles, 0U);
+  EXPECT_EQ(check_mesh(coarse).boundary_edges, 3U);
+}
+
+TEST(Decimated, RefusesWhatMakesNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double ratio : {0.0, -0.5, 1.01, nan})
+    EXPECT_THROW(decimated(tetrahedron(), ratio), std::invalid_argument) << ratio;
+  for (const double ratio : {0.5, 1.0}) {
+    EXPECT_THROW(decimated(two_tetrahedra(1), ratio), std::invalid_argument);
+    EXPECT_THROW(decimated(two_tetrahedra(2), ratio), std::invalid_argument);
+    // Open surfaces that touch in a point.
+    TriangleMesh mesh = two_tetrahedra(1);
+    mesh.triangles = {mesh.triangles[0], mesh.triangles[4]};
+    EXPECT_THROW(decimated(mesh, ratio), std::invalid_argument);
+    mesh = tetrahedron();
+    mesh.material = {0, 0};
+    EXPECT_THROW(decimated(mesh, ratio), std::invalid_argument);
+    mesh = tetrahedron();
+    mesh.triangles[0][0] = 4;
+    EXPECT_THROW(decimated(mesh, ratio), std::invalid_argument);
+  }
+  EXPECT_EQ(decimated(tetrahedron(), 0.1).triangles.size(), 4U);
+  EXPECT_TRUE(decimated({}, 0.5).triangles.empty());
 }
 
 // The expected bytes are those of the formats' descriptions, not of OpenMesh.
