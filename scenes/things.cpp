@@ -427,8 +427,12 @@ std::vector<Station> stations_of(const std::vector<Portion>& portions, const Lon
       const double u = portion.low + part * i / pieces;
       const double s = (behind + part * i / pieces) / length;
       const Leg& leg = portion.leg;
-      const Frame frame = leg.frame(u);
-      const double beyond = (u - std::clamp(u, 0.0, leg.length)) * leg.flatness();
+      // On a bend's plane the way comes from the bend itself: square to a leg it would graze the
+      // other leg's wall.
+      const bool on_bend = i == pieces && &portion != &portions.back();
+      const double nearest = on_bend ? leg.length : std::clamp(u, 0.0, leg.length);
+      const double beyond = (u - nearest) * leg.flatness();
+      const Frame frame = leg.frame(nearest);
       Station station;
       if (thing.on_ceiling) {
         station.from = frame * Eigen::Vector3d(beyond, v, line.height / 2);
