@@ -1,2 +1,454 @@
 // SPDX-License-Identifier: MIT
 #include "sim/picture.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "core/parallel.h"
+
+namespace minescan {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int largest_edge = 16384;  // pixels; three bytes for each of 16384^2 are 0.8 GB
+constexpr int samples = 2;           // per pixel and direction; their mean is the pixel
+
+// What these pictures look like was chosen by eye. Colours are red, green, blue in [0, 1].
+const Vector3d ink(1, 1, 1);
+const Vector3d rock(0.13, 0.13, 0.15);
+const Vector3d outline(0.02, 0.02, 0.03);
+constexpr double brightest_surface = 0.94;  // so that ink stands out everywhere
+
+std::uint8_t byte_of(double value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 1.0) * 255 + 0.5);
+}
+
+void check_edge(const char* what, int pixels) {
+  if (pixels < 1 || pixels > largest_edge)
+    throw std::invalid_argument(fmt::format("picture: expected a {} of 1 to {} pixels, found {}",
+                                            what, largest_edge, pixels));
+}
+
+Picture blank(int width, int height, const Vector3d& colour) {
+  Picture p{.width = width, .height = height};
+  p.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (std::size_t i = 0; i < p.rgb.size(); ++i)
+    p.rgb[i] = byte_of(colour[static_cast<Eigen::Index>(i % 3)]);
+  return p;
+}
+
+std::uint8_t* pixel(Picture& p, int x, int y) {
+  return &p.rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(p.width) +
+                     static_cast<std::size_t>(x))];
+}
+
+void set_pixel(Picture& p, int x, int y, const Vector3d& colour) {
+  std::uint8_t* rgb = pixel(p, x, y);
+  for (int k = 0; k < 3; ++k) rgb[k] = byte_of(colour[k]);
+}
+
+// Fills the part of the rectangle that is on the picture.
+void fill(Picture& p, int x, int y, int width, int height, const Vector3d& colour) {
+  for (int j = std::max(y, 0); j < std::min(y + height, p.height); ++j)
+    for (int i = std::max(x, 0); i < std::min(x + width, p.width); ++i) set_pixel(p, i, j, colour);
+}
+
+// Letters of 5 by 7 dots, rows from the top.
+struct Glyph {
+  char letter = ' ';
+  std::string_view dots = {};
+};
+constexpr int glyph_width = 5;
+constexpr int glyph_height = 7;
+// clang-format off
+constexpr auto glyphs = std::to_array<Glyph>({
+    {'0', " ### " "#   #" "#  ##" "# # #" "##  #" "#   #" " ### "},
+    {'1', "  #  " " ##  " "  #  " "  #  " "  #  " "  #  " " ### "},
+    {'2', " ### " "#   #" "    #" "   # " "  #  " " #   " "#####"},
+    {'3', "#####" "   # " "  #  " "   # " "    #" "#   #" " ### "},
+    {'4', "   # " "  ## " " # # " "#  # " "#####" "   # " "   # "},
+    {'5', "#####" "#    " "#### " "    #" "    #" "#   #" " ### "},
+    {'6', "  ## " " #   " "#    " "#### " "#   #" "#   #" " ### "},
+    {'7', "#####" "    #" "   # " "  #  " "  #  " "  #  " "  #  "},
+    {'8', " ### " "#   #" "#   #" " ### " "#   #" "#   #" " ### "},
+    {'9', " ### " "#   #" "#   #" " ####" "    #" "   # " " ##  "},
+    {'.', "     " "     " "     " "     " "     " " ##  " " ##  "},
+    {'a', "     " "     " " ### " "    #" " ####" "#   #" " ####"},
+    {'m', "     " "     " "## # " "# # #" "# # #" "# # #" "# # #"},
+    {'t', " #   " " #   " "###  " " #   " " #   " " #  #" "  ## "},
+    {'x', "     " "     " "#   #" " # # " "  #  " " # # " "#   #"},
+    {'y', "     " "     " "#   #" " # # " " # # " "  #  " "##   "},
+});
+// clang-format on
+
+int text_width(std::string_view text, int dot) {
+  return (static_cast<int>(text.size()) * (glyph_width + 1) - 1) * dot;
+}
+
+// Writes with the upper left corner at x, y; letters without a glyph stay blank.
+void write(Picture& p, int x, int y, std::string_view text, int dot) {
+  for (const char letter : text) {
+    for (const Glyph& glyph : glyphs) {
+      if (glyph.letter != letter) continue;
+      for (int i = 0; i < glyph_width * glyph_height; ++i)
+        if (glyph.dots[static_cast<std::size_t>(i)] == '#')
+          fill(p, x + i % glyph_width * dot, y + i / glyph_width * dot, dot, dot, ink);
+    }
+    x += (glyph_width + 1) * dot;
+  }
+}
+
+// Pixels per dot of a letter, so that text can be read on a picture of that width shown entirely.
+int dot_size(int width) { return width < 400 ? 1 : std::max(2, width / 800); }
+
+// A bar of `length` pixels between two ticks, their bottom at y, and the label behind it. Returns
+// where the label ends.
+int draw_bar(Picture& p, int x, int y, int length, std::string_view label, int dot) {
+  const int tick = 4 * dot;
+  fill(p, x, y - dot, length, dot, ink);
+  fill(p, x, y - tick, dot, tick, ink);
+  fill(p, x + length - dot, y - tick, dot, tick, ink);
+  const int behind = x + length + 4 * dot;
+  write(p, behind, y - glyph_height * dot, label, dot);
+  return behind + text_width(label, dot);
+}
+
+// The longest of 1, 2, 5 times a power of ten that is not above `limit`.
+double round_length(double limit) {
+  double power = 1;
+  while (power > limit) power /= 10;
+  while (power * 10 <= limit) power *= 10;
+  if (power * 5 <= limit) return power * 5;
+  return power * 2 <= limit ? power * 2 : power;
+}
+
+// A colour of brightness about 1 by which a material can be told from others; the first, mostly
+// the rock, is grey. Hues at the golden angle stay apart however many there are. Wet is bluish.
+Vector3d tint(std::size_t material, double wetness) {
+  const double angle =
+      2 * std::numbers::pi * (static_cast<double>(material) * std::numbers::phi - 0.13);
+  const double third = 2 * std::numbers::pi / 3;
+  const Vector3d hue(std::cos(angle), std::cos(angle - third), std::cos(angle + third));
+  const Vector3d dry =
+      material == 0 ? Vector3d(1.03, 1, 0.96) : Vector3d(Vector3d::Ones() + 0.17 * hue);
+  return (1 - 0.4 * wetness) * dry + 0.4 * wetness * Vector3d(0.75, 1, 1.2);
+}
+
+std::vector<Vector3d> tints(const TriangleMesh& mesh) {
+  std::vector<Vector3d> result;
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
+    result.push_back(tint(i, mesh.materials[i].wetness));
+  return result;
+}
+
+// ---- the plan
+
+// The normal on the side that the triangle's vertices run counter-clockwise on.
+Vector3d front_normal(const TriangleMesh& mesh, std::uint32_t triangle) {
+  const auto& corners = mesh.triangles[triangle];
+  const Vector3d a = mesh.vertices[corners[0]].cast<double>();
+  const Vector3d b = mesh.vertices[corners[1]].cast<double>();
+  const Vector3d c = mesh.vertices[corners[2]].cast<double>();
+  return (b - a).cross(c - a).normalized();
+}
+
+// What one ray of the plan sees.
+struct Floor {
+  bool open = false;
+  Vector3d colour = Vector3d::Zero();
+};
+
+struct Plan {
+  const RayCaster& caster;
+  std::vector<Vector3d> tints;
+  Eigen::AlignedBox3d bounds = {};
+  bool turned = false;  // world y to the right and x downwards, else x to the right and y upwards
+  double metres_per_pixel = 1;
+  Vector3d light = Vector3d::UnitZ();
+
+  // The place below a place of the picture, in pixels from the upper left corner of the plan.
+  Vector2d world(double x, double y) const {
+    const double right = x * metres_per_pixel;
+    const double down = y * metres_per_pixel;
+    return turned ? Vector2d(bounds.min().x() + down, bounds.min().y() + right)
+                  : Vector2d(bounds.min().x() + right, bounds.max().y() - down);
+  }
+  // Right, up and out of the picture.
+  Vector3d in_picture(const Vector3d& v) const {
+    return turned ? Vector3d(v.y(), -v.x(), v.z()) : v;
+  }
+
+  Vector3d shaded(std::uint32_t triangle, const Vector3d& normal) const;
+  Floor below(const Vector2d& place) const;
+};
+
+Vector3d Plan::shaded(std::uint32_t triangle, const Vector3d& normal) const {
+  // Slopes twice as steep as they are: relief of floors is low.
+  const Vector3d n = Vector3d(2 * normal.x(), 2 * normal.y(), normal.z()).normalized();
+  const double hill = std::max(0.0, in_picture(n).dot(light));
+  const TriangleMesh& mesh = caster.mesh();
+  const std::size_t material = mesh.material[triangle];
+  // The cube root keeps black rubber and white paint on one picture.
+  const double tone = std::cbrt(wet_reflectance(mesh.materials[material]));
+  return (tone * (0.3 + 0.9 * hill) * tints[material]).cwiseMin(brightest_surface);
+}
+
+Floor Plan::below(const Vector2d& place) const {
+  const Vector3d origin(place.x(), place.y(), bounds.max().z() + 1);
+  const double bottom = bounds.sizes().z() + 2;
+  // Beyond the rounding of a hit to single precision, so that no surface is met twice.
+  const double step = 1e-4 + 1e-6 * bounds.max().cwiseAbs().cwiseMax(bounds.min().cwiseAbs()).sum();
+  constexpr int most_surfaces = 200;  // one above the other; only broken meshes have more
+  bool inside = false;
+  double passed = 0;
+  for (int i = 0; i < most_surfaces; ++i) {
+    const std::optional<Hit> hit = caster.cast(origin, -Vector3d::UnitZ(), passed, bottom);
+    if (!hit) break;
+    const Vector3d normal = front_normal(caster.mesh(), hit->triangle);
+    if (normal.z() < 0) inside = true;
+    if (normal.z() > 0 && inside) return {.open = true, .colour = shaded(hit->triangle, normal)};
+    passed = std::max(passed, hit->range) + step;
+  }
+  return {};
+}
+
+// The bounds of what is drawn: vertices of no triangle do not count.
+Eigen::AlignedBox3d bounds_of(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d bounds;
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t v : triangle) bounds.extend(mesh.vertices[v].cast<double>());
+  return bounds;
+}
+
+// Which way x and y lie, in a square of 16 dots with the upper left corner there.
+void draw_axes(Picture& p, int x, int y, bool turned, int dot) {
+  const int arm = 10 * dot;
+  const int lower = y + 16 * dot;
+  if (turned) {
+    fill(p, x, y + dot, arm, dot, ink);
+    fill(p, x, y + dot, dot, arm, ink);
+    write(p, x + arm + 2 * dot, y - 2 * dot, "y", dot);
+    write(p, x + 3 * dot, y + 6 * dot, "x", dot);
+  } else {
+    fill(p, x, lower - 2 * dot, arm, dot, ink);
+    fill(p, x, lower - dot - arm, dot, arm, ink);
+    write(p, x + arm + 2 * dot, lower - 7 * dot, "x", dot);
+    write(p, x + 3 * dot, lower - 7 * dot - 9 * dot, "y", dot);
+  }
+}
+
+// ---- the view inside
+
+struct Camera {
+  Pose T_world_camera = Pose::Identity();
+  int width = 1;
+  int height = 1;
+  double focal_length = 1;  // pixels
+
+  // The unit vector, in the world, towards a place of the picture in pixels.
+  Vector3d direction(double x, double y) const {
+    return T_world_camera.linear() *
+           Vector3d(focal_length, width / 2.0 - x, height / 2.0 - y).normalized();
+  }
+};
+
+// Light sent to the eye by a surface, as a display shows it.
+Vector3d lit(const Camera& camera, const TriangleMesh& mesh, std::span<const Vector3d> tints,
+             const Hit& hit) {
+  if (hit.triangle == no_triangle) return rock;
+  const std::size_t material = mesh.material[hit.triangle];
+  // The lamp grows dimmer with distance, but less than lamps do, and the ambient light from the
+  // upper left even less, so that what is far can be seen as well. Ambient light shows the relief
+  // of what the lamp meets head-on.
+  const double lamp = 0.6 * hit.cosine * std::pow(1 + hit.range / 6, -1.5);
+  static const Vector3d from = Vector3d(-0.3, 0.7, 0.65).normalized();
+  const double facing =
+      std::max(0.05, 0.4 + 0.6 * hit.normal.dot(camera.T_world_camera.linear() * from));
+  const double ambient = 0.45 * facing / (1 + hit.range / 12);
+  const double light = 2.6 * wet_reflectance(mesh.materials[material]) * (lamp + ambient);
+  return (std::pow(light, 1 / 2.2) * tints[material]).cwiseMin(brightest_surface);
+}
+
+void render_rows(const RayCaster& caster, const Camera& camera, std::span<const Vector3d> tints,
+                 int first_row, int last_row, Picture& picture) {
+  constexpr int block = 2;  // pixels; with 2 x 2 samples each they are one packet
+  static_assert(block * block * samples * samples == RayCaster::packet_size);
+  std::array<Vector3d, RayCaster::packet_size> directions;
+  std::array<Hit, RayCaster::packet_size> hits;
+  for (int y = first_row; y < last_row; y += block) {
+    for (int x = 0; x < camera.width; x += block) {
+      const int columns = std::min(block, camera.width - x);
+      const int rows = std::min(block, last_row - y);
+      std::size_t rays = 0;
+      for (int j = 0; j < rows * samples; ++j)
+        for (int i = 0; i < columns * samples; ++i)
+          directions[rays++] = camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples);
+      caster.cast_packet(camera.T_world_camera.translation(), {directions.data(), rays},
+                         std::numeric_limits<double>::infinity(), hits);
+      for (int r = 0; r < rows; ++r) {
+        for (int c = 0; c < columns; ++c) {
+          Vector3d sum = Vector3d::Zero();
+          for (int j = 0; j < samples; ++j)
+            for (int i = 0; i < samples; ++i) {
+              const int ray = (r * samples + j) * columns * samples + c * samples + i;
+              sum += lit(camera, caster.mesh(), tints, hits[static_cast<std::size_t>(ray)]);
+            }
+          set_pixel(picture, x + c, y + r, sum / (samples * samples));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Picture plan_picture(const RayCaster& caster, int width) {
+  check_edge("width", width);
+  const TriangleMesh& mesh = caster.mesh();
+  Plan plan{.caster = caster, .tints = tints(mesh), .bounds = bounds_of(mesh)};
+  const Vector3d size = plan.bounds.sizes();
+  plan.turned = size.y() > size.x();
+  plan.light = Vector3d(-1, 1, 1.6).normalized();  // from the upper left
+  const double longer = std::max(size.x(), size.y());
+  const double shorter = std::min(size.x(), size.y());
+
+  const int dot = dot_size(width);
+  const int margin = std::min(12 * dot, width / 8);
+  const int columns = width - 2 * margin;
+  if (longer > 0) plan.metres_per_pixel = longer / columns;
+  // A quotient that rounding left a hair above a whole number is that number.
+  const int rows = std::max(1, static_cast<int>(std::ceil(shorter / plan.metres_per_pixel - 1e-6)));
+  const int caption = 24 * dot;
+  Picture picture = blank(width, margin + rows + caption, rock);
+
+  // How much of each pixel is open, of samples^2.
+  std::vector<std::uint8_t> open(static_cast<std::size_t>(columns) *
+                                 static_cast<std::size_t>(rows));
+  const auto slot = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(x);
+  };
+  parallel_for(static_cast<std::size_t>(rows), 4, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      for (int x = 0; x < columns; ++x) {
+        Vector3d sum = Vector3d::Zero();
+        for (int j = 0; j < samples; ++j)
+          for (int i = 0; i < samples; ++i) {
+            const Floor floor =
+                plan.below(plan.world(x + (i + 0.5) / samples, y + (j + 0.5) / samples));
+            sum += floor.open ? floor.colour : rock;
+            if (floor.open) ++open[slot(x, y)];
+          }
+        set_pixel(picture, margin + x, margin + y, sum / (samples * samples));
+      }
+  });
+
+  // The walls' outline: rock next to what is open, so that it hides nothing.
+  const int reach = dot;
+  parallel_for(static_cast<std::size_t>(rows), 16, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      for (int x = 0; x < columns; ++x) {
+        if (open[slot(x, y)] * 2 > samples * samples) continue;
+        bool near = false;
+        for (int j = std::max(0, y - reach); j <= std::min(rows - 1, y + reach); ++j)
+          for (int i = std::max(0, x - reach); i <= std::min(columns - 1, x + reach); ++i)
+            near = near || open[slot(i, j)] * 2 > samples * samples;
+        if (near) set_pixel(picture, margin + x, margin + y, outline);
+      }
+  });
+
+  const double length = round_length(columns * plan.metres_per_pixel / 4);
+  const int base = picture.height - 8 * dot;
+  const int bar_end =
+      draw_bar(picture, margin, base, static_cast<int>(std::lround(length / plan.metres_per_pixel)),
+               fmt::format("{:g} m", length), dot);
+  const std::string extents = fmt::format("{:.1f} x {:.1f} m", size.x(), size.y());
+  const int extents_start = width - margin - text_width(extents, dot);
+  const int axes_start = extents_start - 30 * dot;
+  if (extents_start > bar_end + 4 * dot)
+    write(picture, extents_start, base - glyph_height * dot, extents, dot);
+  if (axes_start > bar_end + 4 * dot)
+    draw_axes(picture, axes_start, base - 16 * dot, plan.turned, dot);
+  return picture;
+}
+
+Picture inside_picture(const RayCaster& caster, const Pose& T_world_camera, double field, int width,
+                       int height) {
+  check_edge("width", width);
+  check_edge("height", height);
+  if (!(field > 0 && field < std::numbers::pi))
+    throw std::invalid_argument(
+        fmt::format("picture: expected a field of view in (0, pi) rad, found {}", field));
+  if (!T_world_camera.matrix().allFinite() || !T_world_camera.linear().isUnitary(1e-6))
+    throw std::invalid_argument(
+        "picture: expected a finite camera pose, a rotation and a translation");
+  const Camera camera{.T_world_camera = T_world_camera,
+                      .width = width,
+                      .height = height,
+                      .focal_length = width / 2.0 / std::tan(field / 2)};
+  const std::vector<Vector3d> colours = tints(caster.mesh());
+  Picture picture = blank(width, height, rock);
+  parallel_for(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
+    render_rows(caster, camera, colours, static_cast<int>(begin), static_cast<int>(end), picture);
+  });
+
+  const std::optional<Hit> middle =
+      caster.cast(T_world_camera.translation(), T_world_camera.linear().col(0), 0,
+                  std::numeric_limits<double>::infinity());
+  if (!middle || !(middle->range > 0)) return picture;
+  const int dot = dot_size(width);
+  const int cross = 4 * dot;
+  fill(picture, width / 2 - cross, height / 2, 2 * cross + 1, 1, ink);
+  fill(picture, width / 2, height / 2 - cross, 1, 2 * cross + 1, ink);
+  // One metre, or ten or a tenth of it and so on where that is no sensible length of a bar.
+  const double pixels_per_metre = camera.focal_length / middle->range;
+  double length = 1;
+  while (length * pixels_per_metre > width * 0.5) length /= 10;
+  while (length * pixels_per_metre < width * 0.02) length *= 10;
+  const int margin = std::min(12 * dot, width / 8);
+  const int bar = static_cast<int>(std::lround(length * pixels_per_metre));
+  const std::string label = fmt::format("{:g} m at {:.2f} m", length, middle->range);
+  // On a dark ground, to be read on any rock.
+  fill(picture, margin - 4 * dot, height - 19 * dot, bar + 12 * dot + text_width(label, dot),
+       15 * dot, rock);
+  draw_bar(picture, margin, height - 8 * dot, bar, label, dot);
+  return picture;
+}
+
+Picture stacked(const Picture& above, const Picture& below) {
+  for (const Picture* p : {&above, &below}) {
+    if (p->width < 1 || p->height < 1 ||
+        p->rgb.size() !=
+            3 * static_cast<std::size_t>(p->width) * static_cast<std::size_t>(p->height))
+      throw std::invalid_argument(
+          fmt::format("picture: expected 3 bytes for each of {} x {} pixels, found {}", p->width,
+                      p->height, p->rgb.size()));
+  }
+  Picture result = blank(std::max(above.width, below.width), above.height + below.height, rock);
+  int top = 0;
+  for (const Picture* p : {&above, &below}) {
+    const int left = (result.width - p->width) / 2;
+    for (int y = 0; y < p->height; ++y) {
+      const auto row = p->rgb.begin() + static_cast<std::ptrdiff_t>(3) * p->width * y;
+      std::copy(row, row + static_cast<std::ptrdiff_t>(3) * p->width, pixel(result, left, top + y));
+    }
+    top += p->height;
+  }
+  return result;
+}
+
+}  // namespace minescan

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <stdexcept>
 #include <type_traits>
 
+#include "core/gradient_noise.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "sim/ranging.h"
@@ -101,6 +103,44 @@ void for_each_array(Scan& s, Visit&& visit) {
   visit(s.flags);
 }
 
+// The relief of one material that its triangles leave out, as gradient noise.
+struct FineRelief {
+  Matrix3d to_lattice = Matrix3d::Zero();  // from the world; zero: no relief
+  double height = 0;                       // metres per unit of noise
+  double reach = 0;                        // metres along the beam
+  std::uint64_t seed = 0;
+
+  explicit FineRelief(const Material& material) {
+    if (!(material.roughness > 0 && material.fine_slope > 0)) return;
+    const double wavelength = 2 * std::numbers::pi * material.roughness / material.fine_slope;
+    // On a plane of the lattice noise has another height than elsewhere; walls and floors are
+    // parallel to the axes of the world, so the lattice is not.
+    const Eigen::AngleAxisd turn(1, Vector3d(1, 2, 3).normalized());
+    to_lattice = gradient_noise_wavelength / wavelength * turn.toRotationMatrix();
+    height = material.roughness / gradient_noise_rms;
+    reach = fine_relief_reach * wavelength;
+    seed = derived_seed(0, "fine relief");  // the stone's, not the scan's
+  }
+
+  // What `hit`, seen along `direction` from `origin`, is with the relief.
+  void apply(const Vector3d& origin, const Vector3d& direction, Hit& hit) const {
+    const Vector3d place = origin + hit.range * direction;
+    const NoiseSlope noise = gradient_noise_slope(to_lattice * place, seed);
+    // A surface seen edge-on moves by the reach, but not if its height is 0: no 0 / 0.
+    hit.range -= std::clamp(height * noise.value / std::max(hit.cosine, 1e-9), -reach, reach);
+    // The surface at height h(p) above the plane has the normal n - grad h, of the part of the
+    // gradient in the plane.
+    Vector3d slope = height * (to_lattice.transpose() * noise.slope);
+    slope -= slope.dot(hit.normal) * hit.normal;
+    // A side that faces away would be hidden; seen is one that faces the scanner by a tenth of what
+    // the triangle does (assumed).
+    const double away = -slope.dot(direction);
+    if (away > 0.9 * hit.cosine) slope *= 0.9 * hit.cosine / away;
+    hit.normal = (hit.normal - slope).normalized();
+    hit.cosine = std::clamp(-hit.normal.dot(direction), 0.0, 1.0);
+  }
+};
+
 // Everything about one scan that does not change from beam to beam.
 struct Sweep {
   const RayCaster& caster;
@@ -109,6 +149,8 @@ struct Sweep {
   std::uint64_t seed;
   Ranging ranging;
   std::vector<Ring> rings;
+  std::vector<double> reflectance;  // of each material, as wet as it is
+  std::vector<FineRelief> reliefs;  // of each material; empty if none has any
   bool noisy;
   bool jittery;
 
@@ -156,12 +198,16 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
     std::size_t ray = 0;
     for (int c = 0; c < count; ++c) {
       for (int r = 0; r < ring_count; ++r, ++ray) {
-        const Hit& hit = hits[ray];
-        if (hit.triangle == no_triangle || !(hit.range >= scanner.min_range)) continue;
+        Hit& hit = hits[ray];
+        if (hit.triangle == no_triangle) continue;
         const std::uint8_t material = mesh.material[hit.triangle];
-        const Echo echo =
-            ranging.measure(hit.range, mesh.materials[material].reflectance, hit.cosine,
-                            {normals[ray][0], normals[ray][1], normals[ray][2]});
+        if (!reliefs.empty() && reliefs[material].height > 0) {
+          reliefs[material].apply(origin, directions[ray], hit);
+          if (!(hit.range <= scanner.max_range)) continue;
+        }
+        if (!(hit.range >= scanner.min_range)) continue;
+        const Echo echo = ranging.measure(hit.range, reflectance[material], hit.cosine,
+                                          {normals[ray][0], normals[ray][1], normals[ray][2]});
         if (!echo.returned) continue;
         const int ring = first_ring + r;
         const std::size_t beam =
@@ -206,7 +252,7 @@ void check(const Scanner& scanner) {
   Scanner copy = scanner;
   fields(copy, FieldVisitor{[&]<class T>(const char* name, const T& v, const Range& range,
                                          const char*, const char*) {
-           if constexpr (!std::is_enum_v<T>)
+           if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>)
              read_named(name, value_text(v),
                         [&] { read_number(value_text(v), range, std::is_integral_v<T>); });
          }});
@@ -254,12 +300,23 @@ Scan scan(const RayCaster& caster, const Scanner& scanner, const Pose& T_world_s
               .seed = seed,
               .ranging = Ranging(scanner),
               .rings = {},
+              .reflectance = {},
+              .reliefs = {},
               .noisy = jittery || scanner.range_noise > 0 || scanner.range_noise_growth > 0 ||
                        scanner.amplitude_noise > 0,
               .jittery = jittery};
   sweep.rings.reserve(plane_beams);
   for (int ring = 0; ring < scanner.plane_beams; ++ring)
     sweep.rings.push_back(make_ring(scanner, ring));
+
+  const std::vector<Material>& materials = caster.mesh().materials;
+  for (const Material& m : materials) {
+    sweep.reflectance.push_back(wet_reflectance(m));
+    sweep.reliefs.emplace_back(m);
+  }
+  const auto has_relief = [](const FineRelief& relief) { return relief.height > 0; };
+  if (!scanner.fine_relief || std::none_of(sweep.reliefs.begin(), sweep.reliefs.end(), has_relief))
+    sweep.reliefs.clear();
 
   std::vector<std::size_t> kept(planes);
   parallel_for(planes, tile, [&](std::size_t begin, std::size_t end) {

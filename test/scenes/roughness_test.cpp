@@ -7,7 +7,6 @@
 #include <complex>
 #include <numbers>
 
-#include "core/gradient_noise.h"
 #include "core/random.h"
 
 namespace minescan {
@@ -21,45 +20,6 @@ Eigen::Vector3d random_place(Random& random, double size) {
 Eigen::Vector3d random_direction(Random& random) {
   const double x = random.normal(), y = random.normal(), z = random.normal();
   return Eigen::Vector3d(x, y, z).normalized();
-}
-
-TEST(GradientNoise, HasTheStatedMeanDeviationAndBounds) {
-  Random random(1, 0);
-  const int n = 400000;
-  double sum = 0, squares = 0, slope_squares = 0;
-  const double h = 1e-4;
-  for (int i = 0; i < n; ++i) {
-    const Eigen::Vector3d p = random_place(random, 1e4);
-    const double value = gradient_noise(p, 5);
-    const double slope = (gradient_noise(p + h * Eigen::Vector3d::UnitX(), 5) - value) / h;
-    EXPECT_LE(std::abs(value), gradient_noise_max);
-    EXPECT_LE(std::abs(slope), gradient_noise_steepest);
-    sum += value;
-    squares += value * value;
-    slope_squares += slope * slope;
-  }
-  // Places in different cells are independent: the relative error of a variance is about
-  // sqrt(2 / n) = 0.2 %, that of a deviation half of it; four times that.
-  const double rms = std::sqrt(squares / n);
-  EXPECT_NEAR(sum / n, 0, 4 * gradient_noise_rms / std::sqrt(n));
-  EXPECT_NEAR(rms / gradient_noise_rms, 1, 0.005);
-  const double frequency = std::sqrt(slope_squares / n) / rms / (2 * std::numbers::pi);
-  EXPECT_NEAR(frequency * gradient_noise_wavelength, 1, 0.01);
-}
-
-TEST(GradientNoise, IsSmoothAcrossCells) {
-  Random random(2, 0);
-  for (int i = 0; i < 1000; ++i) {
-    Eigen::Vector3d p = random_place(random, 20);
-    p[i % 3] = std::round(p[i % 3]);  // on a face of the lattice
-    const Eigen::Vector3d step = 1e-6 * Eigen::Vector3d::Unit(i % 3);
-    const double here = gradient_noise(p, 5);
-    const double before = here - gradient_noise(p - step, 5);
-    const double after = gradient_noise(p + step, 5) - here;
-    // The fade has two continuous derivatives, so slopes differ by 1e-6 times a curvature of
-    // order 10.
-    EXPECT_NEAR(before, after, 1e-6 * 1e-4);
-  }
 }
 
 TEST(Relief, HasTheStatedRms) {

@@ -328,6 +328,191 @@ TEST(Scan, NoiseFollowsTheStatedLaw) {
   EXPECT_NEAR(squares / n, 1, 4 * std::sqrt(2 / n));
 }
 
+TEST(Scan, OfAWetSurfaceReceivesHalfTheLight) {
+  TriangleMesh mesh = box({8, 6, 4}, 5, 0.4);
+  const Scanner s = ideal(57, 43);
+  const Scan dry = scan(RayCaster(mesh), s, some_pose(), 7, "");
+  mesh.materials[0].wetness = 1;
+  const Scan wet = scan(RayCaster(mesh), s, some_pose(), 7, "");
+  ASSERT_EQ(wet.intensity.size(), dry.intensity.size());
+  for (std::size_t i = 0; i < dry.intensity.size(); ++i)
+    ASSERT_EQ(wet.intensity[i], dry.intensity[i] / 2);
+  EXPECT_EQ(wet.range, dry.range);
+}
+
+TriangleMesh rough(TriangleMesh mesh, double roughness, double fine_slope) {
+  mesh.materials[0].roughness = roughness;
+  mesh.materials[0].fine_slope = fine_slope;
+  return mesh;
+}
+
+// One wall after the other of a box from far away, nearly at right angles, with 90 000 beams over
+// 16 x 16 m of it. A wave of the relief is 0.21 m long, so the wall has some 30 000 cells of the
+// noise: the relative error of a variance is about sqrt(2 / 30 000) = 0.8 %, that of a deviation
+// half of it, and neighbouring cells depend on each other; 2 %.
+TEST(FineRelief, HasTheStatedHeightsAndSlopes) {
+  const double r = 0.01, slope = 0.3;
+  const TriangleMesh flat = box({40, 40, 40});
+  const RayCaster caster(rough(flat, r, slope));
+  Scanner s = ideal(300, 300);
+  s.motion = Motion::pitch;
+  s.plane_field = 0.4;
+  s.motion_start = -0.2;
+  s.motion_end = 0.2;
+  for (const Pose& T : {Pose::Identity(), Pose(Eigen::AngleAxisd(90 * degree, Vector3d::UnitZ())),
+                        Pose(Eigen::AngleAxisd(90 * degree, Vector3d::UnitY())), some_pose()}) {
+    const Scan result = scan(caster, s, T, 1, "");
+    ASSERT_EQ(result.range.size(), 90000u);
+    EXPECT_EQ(result.range, result.true_range);  // measured is the truth, relief included
+    double n = 0, heights = 0, height_squares = 0, slope_squares = 0;
+    for (std::size_t i = 0; i < 90000; ++i) {
+      const Vector3d direction =
+          T.linear() * beam_direction(s, static_cast<int>(i % 300), static_cast<int>(i / 300));
+      const auto [range, wall] = box_hit({40, 40, 40}, T.translation(), direction);
+      const double cosine = -wall.dot(direction);
+      if (!(cosine > 0.9)) continue;  // of the last pose: another wall
+      const double height = (range - result.true_range[i]) * cosine;
+      const Vector3d normal = T.linear() * result.true_normal[i].cast<double>();
+      EXPECT_NEAR(normal.norm(), 1, 1e-6);  // single precision, as the next
+      EXPECT_NEAR(std::cos(result.incidence[i]), -normal.dot(direction), 1e-6);
+      const double along = normal.dot(wall);
+      n += 1;
+      heights += height;
+      height_squares += height * height;
+      slope_squares += (normal - along * wall).squaredNorm() / (along * along);
+    }
+    ASSERT_GT(n, 50000);
+    EXPECT_NEAR(heights / n, 0, 0.02 * r);
+    EXPECT_NEAR(std::sqrt(height_squares / n) / r, 1, 0.02);
+    // Two directions in the wall.
+    EXPECT_NEAR(std::sqrt(slope_squares / n / 2) / slope, 1, 0.02);
+  }
+}
+
+// A scanner of one beam, and the pose at `place` from which it meets `target`.
+Scan scan_of_a_spot(const RayCaster& caster, const Vector3d& place, const Vector3d& target,
+                    std::uint64_t seed) {
+  Scanner s = ideal(1, 1);
+  s.motion = Motion::pitch;
+  s.motion_start = s.motion_end = 0;
+  s.min_range = 0.1;
+  const Pose T = Eigen::Translation3d(place) *
+                 Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitX(), target - place);
+  return scan(caster, s, T, seed, "");
+}
+
+// The height that a scan of one spot of the floor at z = -5 m has seen there.
+double height_of(const Scan& spot, const Vector3d& place, const Vector3d& target) {
+  const Vector3d direction = (target - place).normalized();
+  return ((target - place).norm() - spot.true_range.at(0)) * -direction.z();
+}
+
+TEST(FineRelief, IsTheSameStoneFromEverywhere) {
+  const RayCaster caster(rough(box({30, 30, 5}), 0.01, 0.3));
+  double largest = 0;
+  int facing_both = 0;
+  for (std::uint64_t i = 0; i < 500; ++i) {
+    Random random(5, i);
+    const Vector3d target(6 * random.uniform(), 6 * random.uniform(), -5);
+    const Vector3d left(-3, 1, 0), right(8, -4, 1);
+    const Scan a = scan_of_a_spot(caster, left, target, 1);
+    const Scan b = scan_of_a_spot(caster, right, target, 2);
+    const double height = height_of(a, left, target);
+    // Rounding: 1e-15 of 10 m.
+    ASSERT_NEAR(height, height_of(b, right, target), 1e-12);
+    largest = std::max(largest, std::abs(height));
+    // A side that faces away from one of them is turned to it.
+    if (std::max(a.incidence[0], b.incidence[0]) > 80 * degree) continue;
+    ++facing_both;
+    const Vector3d normal_a = a.T_world_scanner.linear() * a.true_normal[0].cast<double>();
+    const Vector3d normal_b = b.T_world_scanner.linear() * b.true_normal[0].cast<double>();
+    ASSERT_LT((normal_a - normal_b).norm(), 3e-7);  // single precision
+  }
+  EXPECT_GT(facing_both, 400);
+  EXPECT_GT(largest, 0.02);  // there is something to see
+
+  // The tilt is the slope of the heights: the difference of two spots 1e-5 m to each side, off by
+  // 1e-10 m^2 times a third derivative of order r (2 pi / 0.2 m)^3, and 1e-7 of the normal.
+  const Vector3d eye(0, 0, 0);
+  for (std::uint64_t i = 0; i < 50; ++i) {
+    Random random(6, i);
+    const Vector3d target(2 * random.uniform(), 2 * random.uniform(), -5);
+    const Scan here = scan_of_a_spot(caster, eye, target, 1);
+    const Vector3d normal = here.T_world_scanner.linear() * here.true_normal[0].cast<double>();
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto at = [&](double step) {
+        const Vector3d there = target + step * Vector3d::Unit(axis);
+        return height_of(scan_of_a_spot(caster, eye, there, 1), eye, there);
+      };
+      ASSERT_NEAR(-normal[axis] / normal.z(), (at(1e-5) - at(-1e-5)) / 2e-5, 1e-6);
+    }
+  }
+}
+
+TEST(FineRelief, IsNoneWhenSwitchedOffOrWithoutHeightOrSlope) {
+  const TriangleMesh flat = cave(12, 4, 0.05);
+  Scanner s = find_scanner("optab-yawing");
+  s.plane_beams = 100;
+  s.planes = 90;
+  const Scan expected = scan(RayCaster(flat), s, some_pose(), 3, "");
+  expect_same_bytes(expected, scan(RayCaster(rough(flat, 0, 0.3)), s, some_pose(), 3, ""));
+  expect_same_bytes(expected, scan(RayCaster(rough(flat, 0.01, 0)), s, some_pose(), 3, ""));
+  const RayCaster stone(rough(flat, 0.01, 0.3));
+  EXPECT_NE(scan(stone, s, some_pose(), 3, "").true_range, expected.true_range);
+  const Scanner off = with_settings(s, {{"fine-relief", "false"}});
+  expect_same_bytes(expected, scan(stone, off, some_pose(), 3, ""));
+}
+
+// On the materials that have it and no other.
+TEST(FineRelief, BelongsToTheMaterial) {
+  TriangleMesh mesh = box({6, 5, 3}, 4);
+  const Scan expected = scan(RayCaster(mesh), ideal(60, 50), some_pose(), 3, "");
+  mesh.materials.push_back({.name = "stone", .roughness = 0.005, .fine_slope = 0.2});
+  for (std::size_t i = 0; i < mesh.material.size(); i += 3) mesh.material[i] = 1;
+  const Scan result = scan(RayCaster(mesh), ideal(60, 50), some_pose(), 3, "");
+  ASSERT_EQ(result.range.size(), expected.range.size());
+  std::size_t stone = 0;
+  for (std::size_t i = 0; i < result.range.size(); ++i) {
+    EXPECT_EQ(result.true_range[i] != expected.true_range[i], result.material[i] == 1);
+    stone += result.material[i] == 1;
+  }
+  EXPECT_GT(stone, 500u);
+}
+
+// Along a floor, down to 0.3 degrees.
+TEST(FineRelief, StaysWithinBoundsAtGrazingIncidence) {
+  const double r = 0.02, slope = 0.5;
+  const double reach = fine_relief_reach * 2 * std::numbers::pi * r / slope;
+  const TriangleMesh flat = box({90, 90, 0.5});
+  Scanner s = ideal(200, 200);
+  const Scan expected = scan(RayCaster(flat), s, Pose::Identity(), 3, "");
+  const Scan result = scan(RayCaster(rough(flat, r, slope)), s, Pose::Identity(), 3, "");
+  std::size_t grazing = 0;
+  std::size_t other = 0;  // index in `expected`; relief loses beams beyond the limits of the range
+  for (std::size_t i = 0; i < result.range.size(); ++i, ++other) {
+    while (expected.time[other] < result.time[i]) ++other;
+    ASSERT_EQ(expected.time[other], result.time[i]);
+    ASSERT_LE(std::abs(result.true_range[i] - expected.true_range[other]), reach * (1 + 1e-9));
+    ASSERT_LT(result.incidence[i], 90 * degree);
+    ASSERT_NEAR(result.true_normal[i].norm(), 1, 1e-6f);
+    const Vector3d direction =
+        beam_direction(s, static_cast<int>(result.ring[i]), static_cast<int>(result.column[i]));
+    ASSERT_LT(result.true_normal[i].cast<double>().dot(direction), 0);
+    grazing += expected.incidence[other] > 85 * degree;
+  }
+  EXPECT_GT(grazing, 500u);
+  EXPECT_GT(result.range.size(), expected.range.size() * 9 / 10);
+}
+
+TEST(FineRelief, IsTheSameForAnyNumberOfThreads) {
+  const RayCaster caster(rough(cave(12, 4, 0.05), 0.01, 0.3));
+  const auto with_threads = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return scan(caster, ideal(101, 53), some_pose(), 3, "");
+  };
+  expect_same_bytes(with_threads(1), with_threads(4));
+}
+
 std::string message_of(const Scanner& s, const Pose& T = Pose::Identity()) {
   static const RayCaster caster(box({5, 5, 5}));
   try {
