@@ -418,7 +418,7 @@ Picture inside_picture(const RayCaster& caster, const Pose& T_world_camera, doub
   const double pixels_per_metre = camera.focal_length / middle->range;
   double length = 1;
   while (length * pixels_per_metre > width * 0.5) length /= 10;
-  while (length * pixels_per_metre < width * 0.02) length *= 10;
+  while (length * pixels_per_metre < 4 * dot) length *= 10;
   const int margin = std::min(12 * dot, width / 8);
   const int bar = static_cast<int>(std::lround(length * pixels_per_metre));
   const std::string label = fmt::format("{:g} m at {:.2f} m", length, middle->range);

@@ -102,6 +102,17 @@ void check(const TriangleMesh& mesh) {
       throw std::invalid_argument(
           fmt::format("mesh: material '{}': expected a reflectance in (0, 1], found {}",
                       material.name, material.reflectance));
+    if (!(material.wetness >= 0 && material.wetness <= 1))
+      throw std::invalid_argument(
+          fmt::format("mesh: material '{}': expected a wetness in [0, 1], found {}", material.name,
+                      material.wetness));
+    for (const auto& [what, value] : {std::pair{"roughness", material.roughness},
+                                      std::pair{"fine slope", material.fine_slope}}) {
+      if (!(value >= 0 && std::isfinite(value)))
+        throw std::invalid_argument(
+            fmt::format("mesh: material '{}': expected a finite {} >= 0, found {}", material.name,
+                        what, value));
+    }
   }
 }
 

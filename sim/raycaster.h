@@ -35,8 +35,10 @@ class RayCaster {
   /// Rays cast together by cast_packet.
   static constexpr std::size_t packet_size = 16;
 
-  /// Keeps `mesh`. Throws std::invalid_argument if it is empty, has a vertex that is not finite, or
-  /// an index (of a vertex or a material) that leads nowhere; std::runtime_error if Embree fails.
+  /// Keeps `mesh`. Throws std::invalid_argument if it is empty, has a vertex that is not finite, an
+  /// index (of a vertex or a material) that leads nowhere, or a material with a reflectance outside
+  /// (0, 1], a wetness outside [0, 1], or a roughness or fine slope that is negative or not finite;
+  /// std::runtime_error if Embree fails.
   explicit RayCaster(TriangleMesh mesh);
 
   /// Nearest hit within [min_range, max_range], or none. `direction` is a unit vector.

@@ -306,6 +306,11 @@ TEST(InsidePicture, WritesTheDistanceInTheMiddleAndABarOfOneMetreThere) {
     EXPECT_EQ(longest_bar(p), bar) << label;
     EXPECT_EQ(text_on(p), label);
   }
+  // Where one metre would be 5 pixels, which is too short to be seen, ten.
+  const Picture far =
+      inside_picture(RayCaster(box({80, 6, 4})), Pose::Identity(), right_angle, 800, 600);
+  EXPECT_EQ(longest_bar(far), 50);
+  EXPECT_EQ(text_on(far), "10 m at 80.00 m\n");
   // Turned to the wall at y = 6 m.
   const Pose T(Eigen::Translation3d(0, -2, 0) * Eigen::AngleAxisd(right_angle, Vector3d::UnitZ()));
   EXPECT_EQ(text_on(inside_picture(caster, T, right_angle, 800, 600)), "1 m at 8.00 m\n");

@@ -258,6 +258,22 @@ TEST(RayCaster, RejectsMeshesThatAreWrong) {
 
   mesh = box({1, 1, 1}, 1, 1.5);
   EXPECT_NE(message_of<Wrong>(mesh).find("reflectance in (0, 1], found 1.5"), std::string::npos);
+
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const auto message_with = [&](double Material::*member, double value) {
+    mesh = box({1, 1, 1});
+    mesh.materials[0].*member = value;
+    return message_of<Wrong>(mesh);
+  };
+  EXPECT_EQ(message_with(&Material::wetness, 1.25),
+            "mesh: material 'rock': expected a wetness in [0, 1], found 1.25");
+  EXPECT_EQ(message_with(&Material::roughness, -0.5),
+            "mesh: material 'rock': expected a finite roughness >= 0, found -0.5");
+  EXPECT_EQ(message_with(&Material::fine_slope, infinity),
+            "mesh: material 'rock': expected a finite fine slope >= 0, found inf");
+  for (double Material::*member :
+       {&Material::reflectance, &Material::wetness, &Material::roughness, &Material::fine_slope})
+    EXPECT_NE(message_with(member, std::nan("")).find("found nan"), std::string::npos);
 }
 
 }  // namespace
