@@ -33,6 +33,9 @@ constexpr double half_cast_radius = 0.025;
 constexpr double half_cast_share = 0.5;
 constexpr double half_cast_part = 0.8;
 
+// How far the break between two rounds follows the relief of the wall, metres per metre (assumed).
+constexpr double round_break = 4;
+
 // Wheel ruts of a loader (assumed), metres.
 constexpr double rut_track = 2.0;
 constexpr double rut_width = 0.25;        // where its depth has fallen to 1 / e, from the middle
@@ -284,9 +287,7 @@ class MineField {
     return wall_.bound() + overbreak_deepest * rock_.overbreak + rock_.look_out / 2 +
            half_cast_radius;
   }
-  double ceiling_bound() const {
-    return ceiling_.bound() + bedding_.bound() + overbreak_deepest * rock_.overbreak;
-  }
+  double ceiling_bound() const { return ceiling_.bound() + bedding_.bound(); }
   double floor_bound() const { return floor_.bound() + stones_.bound() + rock_.rut_depth; }
   double bound_of(int part) const {
     return part == wall ? wall_bound() : part == ceiling ? ceiling_bound() : floor_bound();
@@ -317,10 +318,10 @@ class MineField {
     switch (part) {
       case wall:
         return relief[wall_relief] + relief[overbreak_relief] +
-               saw_tooth(shape.leg.chainage + place.along, relief.radius) +
+               saw_tooth(shape.leg.chainage + place.along, relief) +
                half_casts(place, shape, relief);
       case ceiling:
-        return relief[ceiling_relief] + relief[overbreak_relief];
+        return relief[ceiling_relief];
       default: {
         const Interval height = floor_height(place, shape.leg, relief);
         return {-height.high, -height.low};
@@ -328,11 +329,13 @@ class MineField {
     }
   }
 
-  /// Drilling leans outwards, to make room for the drill in the next round; around its mean.
-  Interval saw_tooth(double chainage, double radius) const {
+  /// Drilling leans outwards, to make room for the drill in the next round; around its mean. Rounds
+  /// do not break off along a plane, but where the rock is weak.
+  Interval saw_tooth(double chainage, ReliefHere& relief) const {
     if (rock_.look_out == 0) return {0, 0};
-    const double from = (chainage - radius) / rock_.round_length;
-    const double to = (chainage + radius) / rock_.round_length;
+    const Interval shift = through(relief[wall_relief], [](double h) { return round_break * h; });
+    const double from = (chainage - relief.radius + shift.low) / rock_.round_length;
+    const double to = (chainage + relief.radius + shift.high) / rock_.round_length;
     if (std::floor(from) != std::floor(to)) return {-rock_.look_out / 2, rock_.look_out / 2};
     const double steps = std::floor(from);
     return {rock_.look_out * (from - steps - 0.5), rock_.look_out * (to - steps - 0.5)};
@@ -542,8 +545,8 @@ Scene scene_of(const std::string& name, const Mine& mine, const MeshOptions& mes
   if (mine.furnished && !mine.things.empty()) {
     std::vector<ThingRun> runs;
     for (const auto& [unused, run] : mine.things) runs.push_back(run);
-    // Chords of the mesh cut off relief up to about a tenth of an edge (measured).
-    const double clearance = 0.01 + mesh.edge_length / 4;
+    // Where the rock has a step, triangles cut its corner by a part of an edge.
+    const double clearance = 0.02 + mesh.edge_length / 2;
     scene.things = [runs, lines = scene.centre_lines,
                     rock = surface_of(mine, seed, mesh.edge_length),
                     clearance](const Eigen::AlignedBox2d& region) {

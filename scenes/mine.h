@@ -128,7 +128,7 @@ void fields(RockOptions& o, Visitor&& field) {
   field("bedding-plate", o.bedding_plate, between(0.2, 50), "m",
         "size of the plates between steps");
   field("overbreak", o.overbreak, rms, "m",
-        "how deep rock has come out beyond the outline where it has, typically");
+        "how deep rock has come out of the walls beyond the outline, where it has, typically");
   field("overbreak-scale", o.overbreak_scale, between(0.5, 50), "m", "size of such places");
   field("round-length", o.round_length, between(0.5, 20), "m", "advance per blasting round");
   field("look-out", o.look_out, rms, "m",
