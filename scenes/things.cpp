@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -16,6 +17,8 @@
 namespace minescan {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 // All assumed.
 constexpr double search_beyond = 2;  // how far behind the drift's own section rock is looked for, m
 constexpr double farthest_moved = 1;  // how far from the first rock met a thing may end up, m
@@ -28,31 +31,36 @@ constexpr double end_margin = 1;      // of long things at the line's ends, wher
 /// Step along a ray where balls cannot show that it is open, metres.
 constexpr double ray_step = 0.04;
 
-/// Whether a box of half sides `half` is free of rock: by balls around its parts, and where they do
-/// not tell, by samples in cells of half sides up to `cell`, each as far from rock as the cell's
-/// sides are. Rock may be nearer to the corners of a cell, by 0.73 `cell`.
-bool holds_no_rock(const ImplicitSurface& rock, const Frame& frame, const Eigen::Vector3d& centre,
-                   const Eigen::Vector3d& half, double cell) {
+/// How far, about, the first rock found reaches into a box of half sides `half`; 0 or less if the
+/// box is free of it. It is looked for by balls around the box's parts, and where they do not tell,
+/// by samples in cells of half sides up to `cell`, each of which is to be as far from rock as the
+/// cell's sides are. Rock may be nearer to the corners of a cell, by 0.73 `cell`.
+double rock_in(const ImplicitSurface& rock, const Frame& frame, const Eigen::Vector3d& centre,
+               const Eigen::Vector3d& half, double cell) {
   int axis = 0;
   const double longest = half.maxCoeff(&axis);
   const Eigen::Vector3d place = frame * centre;
-  if (longest <= cell) return rock.at(place).value < -longest;
-  if (rock.range(place, half.norm()).high < 0) return true;
+  if (longest <= cell) return rock.at(place).value + longest;
+  if (rock.range(place, half.norm()).high < 0) return 0;
   Eigen::Vector3d part = half;
   part[axis] /= 2;
   const Eigen::Vector3d shift = part[axis] * Eigen::Vector3d::Unit(axis);
-  return holds_no_rock(rock, frame, centre + shift, part, cell) &&
-         holds_no_rock(rock, frame, centre - shift, part, cell);
+  const double depth = rock_in(rock, frame, centre + shift, part, cell);
+  return depth > 0 ? depth : rock_in(rock, frame, centre - shift, part, cell);
 }
 
-/// Whether a box of `size` about a place in a frame is `clearance` away from rock, or at the least
-/// half of that.
-bool is_clear(const ImplicitSurface& rock, const Frame& frame, const Eigen::Vector3d& centre,
-              const Eigen::Vector3d& size, double clearance) {
-  // 0.73 * 0.64 < 1/2. Below 1 cm samples would be too many.
-  const double cell = std::clamp(0.64 * clearance, 0.01, 0.05);
-  return holds_no_rock(rock, frame, centre, size / 2 + Eigen::Vector3d::Constant(clearance), cell);
+/// The same for a box of `size` about a place in a frame, and all within `clearance` of it. What is
+/// free of rock by that is at the least half the clearance away from it.
+double too_near(const ImplicitSurface& rock, const Frame& frame, const Eigen::Vector3d& centre,
+                const Eigen::Vector3d& size, double clearance) {
+  // 0.73 * 0.66 < 1/2. Below 1 cm samples would be too many.
+  const double cell = std::clamp(0.66 * clearance, 0.01, 0.05);
+  return rock_in(rock, frame, centre, size / 2 + Eigen::Vector3d::Constant(clearance), cell);
 }
+
+/// By how much a thing moves that is too near: rock that is not square to its way needs more than
+/// that, but whatever is too much is a gap.
+double move_from(double depth) { return std::max(move_step, depth / 2); }
 
 /// Distance to the first rock along a ray (`direction` of unit length), to about a millimetre; none
 /// if it begins in rock or meets none within `reach`.
@@ -216,9 +224,11 @@ std::optional<Frame> placed_against(const ImplicitSurface& rock, const Frame& st
       distance_to_rock(rock, start.translation(), start.linear() * step, reach);
   if (!found) return std::nullopt;
   const double first = *found - size[axis] / 2 - clearance - slack;
-  for (double moved = 0; moved <= farthest_moved; moved += move_step) {
+  for (double moved = 0; moved <= farthest_moved;) {
     const Eigen::Vector3d place = (first - moved) * step;
-    if (is_clear(rock, start, place, size, clearance)) return start * Eigen::Translation3d(place);
+    const double depth = too_near(rock, start, place, size, clearance);
+    if (depth <= 0) return start * Eigen::Translation3d(place);
+    moved += move_from(depth);
   }
   return std::nullopt;
 }
@@ -313,18 +323,25 @@ void add_vehicle(TriangleMesh& mesh, const CentreLine& line, double at, const Th
   const double v = lateral(run, run.offset);
   if (!place.keeps_to_leg(v, whole.sizes())) return;
   const double up = line.height / 2;
-  const std::optional<double> depth = distance_to_rock(
+  const std::optional<double> depth_of_floor = distance_to_rock(
       rock, place.moved(0, v, up).translation(), -Eigen::Vector3d::UnitZ(), up + search_beyond);
-  if (!depth) return;
+  if (!depth_of_floor) return;
 
-  const auto stands_clear = [&](const Frame& ground) {
-    return std::ranges::all_of(vehicle_parts(), [&](const VehiclePart& part) {
-      return is_clear(rock, ground, part.centre(), part.size(), clearance);
-    });
+  const auto deepest = [&](const Frame& ground) {
+    double depth = 0;
+    for (const VehiclePart& part : vehicle_parts()) {
+      depth = too_near(rock, ground, part.centre(), part.size(), clearance);
+      if (depth > 0) break;
+    }
+    return depth;
   };
-  for (double moved = 0; moved <= farthest_moved; moved += move_step) {
-    const Frame ground = place.moved(0, v, up - *depth + clearance + slack + moved);
-    if (!stands_clear(ground)) continue;
+  for (double moved = 0; moved <= farthest_moved;) {
+    const Frame ground = place.moved(0, v, up - *depth_of_floor + clearance + slack + moved);
+    const double depth = deepest(ground);
+    if (depth > 0) {
+      moved += move_from(depth);
+      continue;
+    }
     for (const VehiclePart& part : vehicle_parts()) {
       Frame frame = ground * Eigen::Translation3d(part.centre());
       const Eigen::Vector3d size = part.size();
@@ -449,15 +466,15 @@ std::vector<Station> stations_of(const std::vector<Portion>& portions, const Lon
   return stations;
 }
 
-bool is_clear(const ImplicitSurface& rock, const Station& a, const Station& b, double radius,
-              double clearance) {
+double too_near(const ImplicitSurface& rock, const Station& a, const Station& b, double radius,
+                double clearance) {
   const Eigen::Vector3d from = a.place(), to = b.place();
   const Eigen::Vector3d x = (to - from).normalized();
   const Eigen::Vector3d y = Eigen::Vector3d::UnitZ().cross(x).normalized();
   Frame frame = Frame::Identity();
   frame.linear() << x, y, x.cross(y);
   frame.translation() = (from + to) / 2;
-  return is_clear(rock, frame, Eigen::Vector3d::Zero(),
+  return too_near(rock, frame, Eigen::Vector3d::Zero(),
                   {(to - from).norm(), 2 * radius, 2 * radius}, clearance);
 }
 
@@ -478,6 +495,7 @@ bool move_to_rock(std::vector<Station>& stations, const ImplicitSurface& rock, d
   lowest = std::max(0.0, lowest - farthest_moved / nominal);
 
   const auto level = [](Station& a, Station& b) { a.share = b.share = std::min(a.share, b.share); };
+  std::vector<std::array<double, 2>> clear_at(stations.size() - 1, {infinity, infinity});
   for (bool moved = true; moved;) {
     const std::size_t last = stations.size() - 1;
     level(stations[0], stations[1]);
@@ -486,12 +504,18 @@ bool move_to_rock(std::vector<Station>& stations, const ImplicitSurface& rock, d
     moved = false;
     for (std::size_t i = 1; i < stations.size(); ++i) {
       Station &a = stations[i - 1], &b = stations[i];
-      while (a.share > lowest && b.share > lowest && !is_clear(rock, a, b, radius, clearance)) {
-        a.share -= move_step / nominal;
-        b.share -= move_step / nominal;
+      // Known to be clear if both are where they were.
+      std::array<double, 2>& clear = clear_at[i - 1];
+      if (clear == std::array{a.share, b.share}) continue;
+      while (a.share > lowest && b.share > lowest) {
+        const double depth = too_near(rock, a, b, radius, clearance);
+        if (depth <= 0) break;
+        a.share -= move_from(depth) / nominal;
+        b.share -= move_from(depth) / nominal;
         moved = true;
       }
       if (!(a.share > lowest && b.share > lowest)) return false;
+      clear = {a.share, b.share};
     }
   }
   return true;

@@ -127,7 +127,7 @@ std::pair<CentreLine, ImplicitSurface> bent(double angle, double relief) {
   return {line, surface};
 }
 
-/// Runs of one kind on both sides, or every run that there is: no two of them meet.
+/// A run of one kind that fits the rooms.
 ThingRun run_of(const std::string& kind, Side side = Side::left) {
   ThingRun run{.kind = kind, .drift = "main", .from = 3, .side = side};
   if (kind == "duct") run.offset = 2;
@@ -136,6 +136,7 @@ ThingRun run_of(const std::string& kind, Side side = Side::left) {
   return run;
 }
 
+/// Runs of all kinds, on both sides where they are on walls; no two of them meet.
 std::vector<ThingRun> all_runs() {
   std::vector<ThingRun> runs;
   for (const ThingKind& kind : thing_kinds()) {
@@ -144,10 +145,10 @@ std::vector<ThingRun> all_runs() {
   }
   runs.push_back(run_of("sign", Side::right));
   runs.back().height = 3;
-  // Neither the duct's length nor the light's meets the rods or each other at these.
+  // Bolts are 0.75 and 2.25 m from the line: the duct fits between. Signs hang on the line as
+  // lights do, elsewhere.
   for (ThingRun& run : runs) {
     if (run.kind == "duct") run.offset = 1.5;
-    if (run.kind == "bolts") run.from = 3.6, run.every = 3;
     if (run.kind == "sign") run.from = 5;
   }
   return runs;
