@@ -19,7 +19,6 @@
 namespace minescan {
 namespace {
 
-inline void check_mesh_name(const std::filesystem::path&) {}  // TEMPORARY
 constexpr int picture_width = 1200;                    // pixels
 constexpr int view_height = 600;                       // pixels
 constexpr double view_field = std::numbers::pi / 2.2;  // rad, about that of a wide-angle lens

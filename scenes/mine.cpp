@@ -21,8 +21,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Overbreak is where a relief of unit RMS exceeds one; the mean excess there is 0.525 for a normal
-// one. Deeper than this many times the mean, the rock is taken to have held.
+// Overbreak is where a weakness of unit RMS exceeds one; the mean excess there is 0.525 for a
+// normal one. Deeper than this many times the mean, the rock is taken to have held.
 constexpr double overbreak_level = 1;
 constexpr double overbreak_mean = 0.525;
 constexpr double overbreak_deepest = 2;
@@ -33,8 +33,11 @@ constexpr double half_cast_radius = 0.025;
 constexpr double half_cast_share = 0.5;
 constexpr double half_cast_part = 0.8;
 
-// How far the break between two rounds follows the relief of the wall, metres per metre (assumed).
-constexpr double round_break = 4;
+// How far the break between two rounds strays from its plane, metres RMS, and how long it is, times
+// its height (assumed). Steeper ones would leave chips of rock in the air where the relief turns
+// over.
+constexpr double round_break = 0.3;
+constexpr double round_fall = 2;
 
 // Wheel ruts of a loader (assumed), metres.
 constexpr double rut_track = 2.0;
@@ -160,10 +163,10 @@ class MineField {
         floor_(road_relief(rock_.floor_class, rock_.floor_inner, rock_.floor_outer),
                derived_seed(seed, "floor"), finest),
         concrete_(rock_.concrete, derived_seed(seed, "concrete"), finest),
-        overbreak_({.rms = rock_.overbreak > 0 ? 1.0 : 0.0,
-                    .inner = rock_.overbreak_scale / 2,
-                    .outer = rock_.overbreak_scale},
-                   derived_seed(seed, "overbreak"), 0),
+        weakness_({.rms = rock_.overbreak > 0 || rock_.look_out > 0 ? 1.0 : 0.0,
+                   .inner = rock_.overbreak_scale,
+                   .outer = rock_.overbreak_scale},
+                  derived_seed(seed, "weakness"), 0),
         wet_({.rms = rock_.wet_share > 0 ? 1.0 : 0.0, .inner = wet_patch / 8, .outer = wet_patch},
              derived_seed(seed, "wet"), finest),
         bedding_(rock_.bedding_step, rock_.bedding_plate, derived_seed(seed, "bedding")),
@@ -265,7 +268,7 @@ class MineField {
     ceiling_relief,
     floor_relief,
     concrete_relief,
-    overbreak_relief,
+    weakness,
     shared_count
   };
   struct ReliefHere {
@@ -304,11 +307,7 @@ class MineField {
       case concrete_relief:
         return concrete_.range(p, radius);
       default:
-        if (rock_.overbreak == 0) return {0, 0};
-        return through(overbreak_.range(p, radius), [this](double height) {
-          const double depth = std::max(0.0, height - overbreak_level) / overbreak_mean;
-          return rock_.overbreak * std::min(depth, overbreak_deepest);
-        });
+        return weakness_.range(p, radius);
     }
   }
 
@@ -317,7 +316,7 @@ class MineField {
                         ReliefHere& relief) const {
     switch (part) {
       case wall:
-        return relief[wall_relief] + relief[overbreak_relief] +
+        return relief[wall_relief] + overbreak(relief) +
                saw_tooth(shape.leg.chainage + place.along, relief) +
                half_casts(place, shape, relief);
       case ceiling:
@@ -329,16 +328,36 @@ class MineField {
     }
   }
 
+  Interval overbreak(ReliefHere& relief) const {
+    if (rock_.overbreak == 0) return {0, 0};
+    return through(relief[weakness], [this](double weak) {
+      const double depth = std::max(0.0, weak - overbreak_level) / overbreak_mean;
+      return rock_.overbreak * std::min(depth, overbreak_deepest);
+    });
+  }
+
   /// Drilling leans outwards, to make room for the drill in the next round; around its mean. Rounds
   /// do not break off along a plane, but where the rock is weak.
   Interval saw_tooth(double chainage, ReliefHere& relief) const {
     if (rock_.look_out == 0) return {0, 0};
-    const Interval shift = through(relief[wall_relief], [](double h) { return round_break * h; });
-    const double from = (chainage - relief.radius + shift.low) / rock_.round_length;
-    const double to = (chainage + relief.radius + shift.high) / rock_.round_length;
-    if (std::floor(from) != std::floor(to)) return {-rock_.look_out / 2, rock_.look_out / 2};
-    const double steps = std::floor(from);
-    return {rock_.look_out * (from - steps - 0.5), rock_.look_out * (to - steps - 0.5)};
+    const Interval weak = relief[weakness];
+    const double from = chainage - relief.radius + round_break * weak.low;
+    const double to = chainage + relief.radius + round_break * weak.high;
+    const double length = rock_.round_length;
+    const double fall = std::min(round_fall * rock_.look_out, length / 2);
+    // Rising from the start of a round to its tip, falling from there to the next start.
+    const auto height = [&](double x) {
+      const double within = x - length * std::floor(x / length);
+      const double tip = length - fall;
+      const double part = within < tip ? within / tip : (length - within) / fall;
+      return rock_.look_out * (part - 0.5);
+    };
+    const auto between_multiples = [&](double shift) {
+      return std::floor((from - shift) / length) == std::floor((to - shift) / length);
+    };
+    const double ends[] = {height(from), height(to)};
+    return {between_multiples(0) ? std::min(ends[0], ends[1]) : -rock_.look_out / 2,
+            between_multiples(length - fall) ? std::max(ends[0], ends[1]) : rock_.look_out / 2};
   }
 
   /// Grooves along the drift at multiples of the spacing, each with its own small shift.
@@ -471,7 +490,7 @@ class MineField {
   Relief ceiling_;
   Relief floor_;
   Relief concrete_;
-  Relief overbreak_;
+  Relief weakness_;  // of the rock: where it comes out too easily
   Relief wet_;
   Bedding bedding_;
   LooseRocks stones_;

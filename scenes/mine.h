@@ -90,8 +90,8 @@ struct RockOptions {
   double floor_outer = 10;
   double bedding_step = 0.04;
   double bedding_plate = 2.5;
-  double overbreak = 0.15;
-  double overbreak_scale = 4;
+  double overbreak = 0.1;
+  double overbreak_scale = 5;
   double round_length = 4;
   double look_out = 0.1;
   double half_cast_spacing = 0.7;
@@ -127,11 +127,11 @@ void fields(RockOptions& o, Visitor&& field) {
   field("bedding-step", o.bedding_step, rms, "m", "height of a bedding step of the ceiling");
   field("bedding-plate", o.bedding_plate, between(0.2, 50), "m",
         "size of the plates between steps");
-  field("overbreak", o.overbreak, rms, "m",
+  field("overbreak", o.overbreak, between(0, 0.2), "m",
         "how deep rock has come out of the walls beyond the outline, where it has, typically");
-  field("overbreak-scale", o.overbreak_scale, between(0.5, 50), "m", "size of such places");
+  field("overbreak-scale", o.overbreak_scale, between(2, 50), "m", "size of such places");
   field("round-length", o.round_length, between(0.5, 20), "m", "advance per blasting round");
-  field("look-out", o.look_out, rms, "m",
+  field("look-out", o.look_out, between(0, 0.3), "m",
         "by how much the walls widen over a round, to fall back at the next: a saw-tooth");
   field("half-cast-spacing", o.half_cast_spacing, between(0, 5), "m",
         "height between halves of drill holes in the walls, 5 cm wide; 0: none");
