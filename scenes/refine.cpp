@@ -172,17 +172,29 @@ void halve_edges(Parts& mesh, const std::vector<std::uint8_t>& near, double long
   mesh.face = std::move(face);
 }
 
-/// Vertices where triangles of different faces meet: on sharp edges.
-std::vector<std::uint8_t> sharp_vertices(const Parts& mesh) {
-  constexpr int none = -1;
-  std::vector<std::int16_t> face(mesh.vertices.size(), none);
-  std::vector<std::uint8_t> sharp(mesh.vertices.size(), 0);
+constexpr std::int16_t sharp = -1;
+
+/// The face of the surface on which each vertex lies; `sharp` where triangles of different faces
+/// meet, or of different materials and a face other than 0: beside a sharp edge the middle of a
+/// triangle that cuts across a bend may seem to be of the other face.
+std::vector<std::int16_t> faces_of_vertices(const Parts& mesh) {
+  struct Seen {
+    std::uint8_t face = 0, material = 0;
+    bool any = false, faces = false, materials = false, numbered = false;
+  };
+  std::vector<Seen> seen(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const std::uint32_t v : mesh.triangles[t]) {
-      if (face[v] == none) face[v] = mesh.face[t];
-      if (face[v] != mesh.face[t]) sharp[v] = 1;
+      Seen& s = seen[v];
+      if (!s.any) s = {.face = mesh.face[t], .material = mesh.material[t], .any = true};
+      s.faces |= s.face != mesh.face[t];
+      s.materials |= s.material != mesh.material[t];
+      s.numbered |= mesh.face[t] != 0;
     }
-  return sharp;
+  std::vector<std::int16_t> faces(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    faces[i] = seen[i].faces || (seen[i].materials && seen[i].numbered) ? sharp : seen[i].face;
+  return faces;
 }
 
 /// Directions in which vertices move: normals, of wide surroundings, since corners of a sliver must
@@ -211,12 +223,21 @@ std::vector<Eigen::Vector3d> directions(const Parts& mesh, const std::vector<std
   return normals;
 }
 
-/// How far along `direction` (towards the open space) the surface is from `start`, if it is within
-/// `limit`.
-std::optional<double> distance_along(const ImplicitSurface& surface, const Eigen::Vector3d& start,
-                                     const Eigen::Vector3d& direction, double limit,
-                                     double tolerance) {
-  const auto value = [&](double t) { return surface.at(start + t * direction).value; };
+/// How far along `direction` (towards the open space) the surface is from `start`, if a place of
+/// that face of it is within `limit`.
+std::optional<double> distance_along(const ImplicitSurface& surface, std::int16_t face,
+                                     const Eigen::Vector3d& start, const Eigen::Vector3d& direction,
+                                     double limit, double tolerance) {
+  std::int16_t last_face = face;
+  const auto value = [&](double t) {
+    const ImplicitSurface::Sample here = surface.at(start + t * direction);
+    last_face = here.face;
+    return here.value;
+  };
+  // Near a sharp edge the other face may be in front.
+  const auto if_of_face = [&](double t) {
+    return last_face == face ? std::optional(t) : std::nullopt;
+  };
   double t_a = 0;
   double a = value(0);
   if (std::abs(a) <= tolerance) return 0;
@@ -225,7 +246,7 @@ std::optional<double> distance_along(const ImplicitSurface& surface, const Eigen
   double b = value(t_b);
   const double end = std::copysign(limit, a);
   for (const double overshoot : {1.2, 0.0}) {
-    if (std::abs(b) <= tolerance) return t_b;
+    if (std::abs(b) <= tolerance) return if_of_face(t_b);
     if ((a < 0) != (b < 0)) break;
     double next = end;
     if (overshoot > 0 && std::abs(b) < std::abs(a))
@@ -241,7 +262,7 @@ std::optional<double> distance_along(const ImplicitSurface& surface, const Eigen
   for (int i = 0; i < steps; ++i) {
     const double t = t_a + (t_b - t_a) * (a / (a - b));
     const double here = value(t);
-    if (std::abs(here) <= tolerance) return t;
+    if (std::abs(here) <= tolerance) return if_of_face(t);
     if ((here < 0) != (b < 0)) {
       t_a = t_b;
       a = b;
@@ -251,20 +272,20 @@ std::optional<double> distance_along(const ImplicitSurface& surface, const Eigen
     t_b = t;
     b = here;
   }
-  return t_b;
+  return if_of_face(t_b);
 }
 
 /// Puts the vertices near a place on the surface, where it is near and no triangle turns over.
 /// Those on sharp edges stay.
 void project(Parts& mesh, const std::vector<std::uint8_t>& near, const ImplicitSurface& surface,
              double edge_length) {
-  const std::vector<std::uint8_t> sharp = sharp_vertices(mesh);
+  const std::vector<std::int16_t> faces = faces_of_vertices(mesh);
   const std::vector<Eigen::Vector3d> normals = directions(mesh, near);
   std::vector<Eigen::Vector3d> steps = normals;
   each(mesh.vertices.size(), [&](std::size_t i) {
     std::optional<double> distance;
-    if (near[i] != 0 && sharp[i] == 0 && steps[i].squaredNorm() > 0)
-      distance = distance_along(surface, mesh.vertices[i].cast<double>(), steps[i],
+    if (near[i] != 0 && faces[i] != sharp && steps[i].squaredNorm() > 0)
+      distance = distance_along(surface, faces[i], mesh.vertices[i].cast<double>(), steps[i],
                                 farthest * edge_length, near_enough * edge_length);
     steps[i] *= distance.value_or(0);
   });
