@@ -392,26 +392,41 @@ Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
   for (const int edge : loop)
     mean +=
         (crossing_of(piece.cell, edge).place - corner) / (edge_ * static_cast<double>(loop.size()));
-  std::bitset<256> faces;
+  // One plane for each face, the mean of its tangents: so a flat face stays flat where it meets a
+  // bent or rough one, and two faces meet in a line whatever their bends.
+  struct Plane {
+    std::uint8_t face = 0;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double offset = 0;
+  };
+  std::vector<Plane> planes;
+  for (const int edge : loop) {
+    const std::uint8_t face = crossing_of(piece.cell, edge).face;
+    auto plane = std::find_if(planes.begin(), planes.end(),
+                              [&](const Plane& known) { return known.face == face; });
+    if (plane == planes.end()) plane = planes.insert(plane, {.face = face});
+    const Tangent& t = tangent(lower_end(piece.cell, edge), edge / 4);
+    plane->normal += t.normal;
+    plane->offset += (t.offset - t.normal.dot(corner)) / edge_ - t.normal.dot(mean);
+  }
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // of the normal equations
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const int edge : loop) {
-    faces.set(crossing_of(piece.cell, edge).face);
-    const Tangent& t = tangent(lower_end(piece.cell, edge), edge / 4);
-    squares += t.normal * t.normal.transpose();
-    const double rest = (t.offset - t.normal.dot(corner)) / edge_ - t.normal.dot(mean);
-    right += t.normal * rest;
+  for (const Plane& plane : planes) {
+    const double length = plane.normal.norm();
+    if (!(length > 0)) continue;
+    squares += plane.normal * plane.normal.transpose() / (length * length);
+    right += plane.normal * (plane.offset / (length * length));
   }
-  // Two faces meet in a line however bent or rough they are; the place along it that their bends
-  // would ask for means nothing. Nor do directions that normals hardly tell apart: 0.01 of the
-  // squares are normals 11 degrees apart.
+  // Directions that normals hardly tell apart say nothing: 0.01 of the squares are normals 11
+  // degrees apart.
+  constexpr double least_square = 0.01;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(squares);
   const Eigen::Vector3d values = solver.eigenvalues();  // rising
   const Eigen::Matrix3d axes = solver.eigenvectors();
-  const int rank = faces.count() >= 3 ? 3 : 2;
   Eigen::Vector3d place = mean;
-  for (int i = 3 - rank; i < 3; ++i)
-    if (values[i] > 0.01 * values[2]) place += axes.col(i) * (axes.col(i).dot(right) / values[i]);
+  for (int i = 0; i < 3; ++i)
+    if (values[i] > least_square * values[2])
+      place += axes.col(i) * (axes.col(i).dot(right) / values[i]);
 
   const double least = margin(corner);
   Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(least), Eigen::Vector3d::Constant(1 - least));
@@ -431,7 +446,8 @@ Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
     if (!ends[axis][0]) wide.min()[axis] = -reach;
     if (!ends[axis][1]) wide.max()[axis] = 1 + reach;
   }
-  const bool is_line = values[1] > 0.01 * values[2] && (rank == 2 || values[0] <= 0.01 * values[2]);
+  const bool is_line =
+      values[0] <= least_square * values[2] && values[1] > least_square * values[2];
   const Eigen::Vector3d line = is_line ? Eigen::Vector3d(axes.col(0)) : Eigen::Vector3d::Zero();
   for (const Eigen::AlignedBox3d& allowed : {box, wide})
     if (const std::optional<Eigen::Vector3d> found = moved_into(allowed, place, line))

@@ -25,10 +25,14 @@ struct Refinement {
 /// returns  a 2-manifold where `mesh` is one, of the same pieces and holes; vertices of `mesh` keep
 ///          their indices. The materials are those of every level one after the other, since the
 ///          relief that is left out differs: material m of level k has index
-///          k * mesh.materials.size() + m.
+///          k * mesh.materials.size() + m. A triangle is of the highest level within whose range
+///          all its corners are. Edges where faces of the surface meet (see ImplicitSurface) stay
+///          straight between the vertices of `mesh`; elsewhere a vertex stays where no surface is
+///          within half an edge of its level or a triangle would turn by more than 60 degrees.
 /// cost     about 3 evaluations of the surface per new vertex; the same bytes for any number of
 ///          threads
-/// throws   std::invalid_argument for more than 256 materials in all or too much memory
+/// throws   std::invalid_argument for numbers that are no lengths, more than 256 materials in all,
+///          or more memory than contour_bytes_limit
 TriangleMesh refined(TriangleMesh mesh,
                      const std::function<ImplicitSurface(double edge_length)>& surface,
                      double edge_length, std::span<const Eigen::Vector3d> places,
