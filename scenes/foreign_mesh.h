@@ -19,13 +19,18 @@ struct ForeignMesh {
   std::vector<std::uint32_t> group = {};  // of each triangle
 };
 
-/// Reads .ply, .stl (both text and binary) or .obj, of whose lines `usemtl` (else `g` or `o`) name
-/// the groups. Vertices of .stl files with equal coordinates become one. Polygons are cut into
-/// triangles.
+/// Reads .ply, .stl (both text and binary) or .obj, whatever the case of the ending.
+///
+/// Polygons are cut into triangles from their first corner. The groups of .obj files, in the order
+/// in which they get their first face, are named by the last `usemtl` before it, else by the last
+/// `g` or `o`; no other file is looked at. Vertices of .stl files with equal coordinates become
+/// one, the first; its triangles with two corners in one place are left out.
 ///
 /// throws  std::invalid_argument for another ending, std::runtime_error naming the file for one
-///         that cannot be read, is truncated, holds no triangles, an index that leads nowhere or a
-///         coordinate that is not finite
+///         that cannot be read, ends early, is not what its ending says, holds no triangles, an
+///         index that leads nowhere or a coordinate that is not a finite float
+/// cost    about twice the file's size in memory beside the result; what a file claims to hold is
+///         not believed. Calls from several threads wait for each other
 ForeignMesh read_foreign_mesh(const std::filesystem::path& path);
 
 }  // namespace minescan

@@ -214,10 +214,15 @@ TriangleMesh decimated(const TriangleMesh& mesh, double ratio) {
   return remaining(half_edges, mesh);
 }
 
-void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path) {
+void check_mesh_name(const std::filesystem::path& path) {
   const std::string end = path.extension().string();
   if (end != ".ply" && end != ".stl" && end != ".obj")
     throw std::invalid_argument(path.string() + ": expected a name ending in .ply, .stl or .obj");
+}
+
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path) {
+  check_mesh_name(path);
+  const std::string end = path.extension().string();
   const Built structure = built(mesh);
   if (structure.refused > 0)
     throw std::invalid_argument(path.string() + ": expected a 2-manifold, found " +

@@ -60,9 +60,14 @@ MeshCheck check_mesh(const TriangleMesh& mesh);
 /// source   OpenMesh's decimater
 TriangleMesh decimated(const TriangleMesh& mesh, double ratio);
 
+/// Throws std::invalid_argument unless write_mesh knows what the name ends in: for those who want
+/// to know before a long computation.
+void check_mesh_name(const std::filesystem::path& path);
+
 /// Writes vertices and triangles; the end of the name says how: .ply (binary), .stl (binary) or
-/// .obj (text, all digits). Throws std::invalid_argument for another end or triangles that
-/// check_mesh would refuse, std::runtime_error if the file cannot be written.
+/// .obj (text, all digits). Throws as check_mesh_name does, before anything else;
+/// std::invalid_argument too for triangles that check_mesh would refuse, std::runtime_error if the
+/// file cannot be written.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace minescan

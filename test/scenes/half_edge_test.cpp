@@ -361,6 +361,35 @@ TEST(WriteMesh, RefusesUnknownEndsAndNamesTheKnownOnes) {
   }
 }
 
+TEST(WriteMesh, LooksAtTheNameBeforeAnythingElse) {
+  for (const std::string name : {"a.ply", "a.stl", "b/c.obj"})
+    EXPECT_NO_THROW(check_mesh_name(name));
+  for (const std::string name : {"", "ply", ".ply", "a.vtk", "a.ply/b", "a.ply.gz"}) {
+    EXPECT_THROW(check_mesh_name(name), std::invalid_argument) << name;
+    // Neither the mesh nor the folder is right either.
+    try {
+      write_mesh(two_tetrahedra(2), scratch("no-such-folder") / name);
+      FAIL() << name;
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find(".ply, .stl or .obj"), std::string::npos) << e.what();
+    }
+  }
+}
+
+TEST(HalfEdges, PrintNothing) {
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  const auto path = scratch("c.ply");
+  check_mesh(two_tetrahedra(1));
+  check_mesh(two_tetrahedra(2));
+  decimated(fine_box({1, 1, 1}, 3), 0.5);
+  EXPECT_THROW(write_mesh(two_tetrahedra(2), path), std::invalid_argument);
+  write_mesh(tetrahedron(), path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(WriteMesh, LeavesNothingBehindWhenItFails) {
   const auto path = scratch("b.ply");
   EXPECT_THROW(write_mesh(two_tetrahedra(2), path), std::invalid_argument);
