@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The table of scenes.
+#include <map>
+#include <string>
+
 #include "core/table.h"
 #include "scenes/exact.h"
 #include "scenes/foreign.h"
@@ -117,14 +120,18 @@ Mine kvarntorp_loop() {
       .off = "north-east", .at = 60, .side = Side::left, .length = 10, .width = 8};
   mine.drifts["niche"] = {
       .off = "south", .at = 72, .side = Side::right, .length = 3, .width = 4, .height = 3};
-  for (const std::string drift : {"south", "north-west", "north-east"}) {
+  // Things of two runs must not meet: the north tunnels overlap from 68 to 76 m.
+  const std::map<std::string, double> lit_to = {
+      {"south", 0}, {"north-west", 70}, {"north-east", 0}};
+  for (const auto& [drift, to] : lit_to) {
     mine.things["lights-" + drift] = {
-        .kind = "light", .drift = drift, .from = 6, .every = 10, .offset = 1};
-    mine.things["bolts-" + drift] = {.kind = "bolts", .drift = drift, .from = 3, .every = 3};
+        .kind = "light", .drift = drift, .from = 6, .to = to, .every = 10};
+    mine.things["bolts-" + drift] = {
+        .kind = "bolts", .drift = drift, .from = 4, .to = to, .every = 3};
   }
   mine.things["pipe"] = {.kind = "pipe", .drift = "south", .from = 12, .side = Side::left};
   mine.things["cable"] = {.kind = "cable", .drift = "south", .from = 12, .side = Side::right};
-  mine.things["duct"] = {.kind = "duct", .drift = "north-east", .from = 12, .offset = 2.5};
+  mine.things["duct"] = {.kind = "duct", .drift = "north-east", .from = 12, .offset = 1.5};
   mine.things["sign"] = {.kind = "sign", .drift = "south", .from = 20, .to = 20};
   mine.things["loader"] = {
       .kind = "vehicle", .drift = "passage-south-2", .from = 6, .to = 6, .offset = 0};

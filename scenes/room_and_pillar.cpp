@@ -95,6 +95,37 @@ std::string numbered(const char* name, int line, int part) {
   return text;
 }
 
+/// Lights and bolts along a drift, and in the first row what a mine needs besides. Crossings belong
+/// to the rows, so that nothing meets there.
+void furnish(Mine& mine, const std::string& name, const Drift& drift,
+             const RoomAndPillarOptions& o) {
+  const auto put = [&](const std::string& what, ThingRun run) {
+    run.drift = name;
+    mine.things[what + "-" + name] = run;
+  };
+  if (name.starts_with("row")) {
+    put("lights", {.kind = "light", .from = 4, .every = 10});
+    put("bolts", {.kind = "bolts", .from = 2, .every = 3});
+    if (!name.starts_with("row-000")) return;
+    put("pipe", {.kind = "pipe", .from = 1, .side = Side::right});
+    put("cable", {.kind = "cable", .from = 1, .side = Side::left});
+    put("duct", {.kind = "duct", .from = 1, .side = Side::right, .offset = 1.5});
+    return;
+  }
+  double at = 0;
+  for (std::size_t i = 0; i + 1 < drift.line.size(); ++i) {
+    const double leg = (drift.line[i + 1] - drift.line[i]).head<2>().norm();
+    // Between the walls of the rows at both ends, with a metre to spare.
+    const double from = at + o.width / 2 + o.jitter + 1, to = at + leg - o.width / 2 - o.jitter - 1;
+    const std::string part = "-" + std::to_string(i);
+    if (to > from) {
+      put("lights" + part, {.kind = "light", .from = (from + to) / 2, .to = (from + to) / 2});
+      put("bolts" + part, {.kind = "bolts", .from = from, .to = to, .every = 3});
+    }
+    at += leg;
+  }
+}
+
 }  // namespace
 
 Eigen::Vector3d crossing(const RoomAndPillarOptions& o, std::uint64_t seed, int column, int row) {
@@ -158,19 +189,7 @@ Mine room_and_pillar(const RoomAndPillarOptions& o, std::uint64_t seed) {
   for (int row = 0; row < o.rows; ++row) add_line(Along::row, row, o.columns);
   for (int column = 0; column < o.columns; ++column) add_line(Along::column, column, o.rows);
 
-  for (const auto& [name, drift] : mine.drifts) {
-    const auto put = [&, drift_name = name](const std::string& what, ThingRun run) {
-      run.drift = drift_name;
-      mine.things[what + "-" + drift_name] = run;
-    };
-    put("lights", {.kind = "light", .from = 4, .every = 10, .offset = 1});
-    put("bolts", {.kind = "bolts", .from = 2, .every = 3});
-    if (name.starts_with("row-000")) {
-      put("pipe", {.kind = "pipe", .from = 1, .side = Side::right, .height = 3});
-      put("cable", {.kind = "cable", .from = 1, .side = Side::left, .height = 3.5});
-      put("duct", {.kind = "duct", .from = 1, .side = Side::right, .offset = 2.5});
-    }
-  }
+  for (const auto& [name, drift] : mine.drifts) furnish(mine, name, drift, o);
   return mine;
 }
 
