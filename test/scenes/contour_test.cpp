@@ -564,6 +564,34 @@ TEST(SurfaceTiles, DoNotDependOnWhatWasAskedBeforeNorOnTheCache) {
   }
 }
 
+TEST(SurfaceTiles, KeepWhatWasAskedLast) {
+  const Tile a = {0, 0}, b = {-1, 0}, c = {-1, -1}, d = {0, -1};
+  double largest = 0;
+  for (const Tile& tile : {a, b, c, d}) {
+    SurfaceTiles one(long_room(), tile_edge, 1e9);
+    one.mesh(std::vector{tile});
+    largest = std::max(largest, one.bytes_kept());
+  }
+  SurfaceTiles tiles(long_room(), tile_edge, 2 * largest);
+  std::size_t made = 0;
+  for (const Tile& other : {b, c, d, b, c, d}) {
+    tiles.mesh(std::vector{a});
+    const std::size_t before = tiles.tiles_made();
+    EXPECT_EQ(before, std::max<std::size_t>(made, 1)) << "the tile asked each time is kept";
+    tiles.mesh(std::vector{other});
+    made = tiles.tiles_made();
+  }
+  EXPECT_GT(made, 4U);  // and the others were not
+
+  SurfaceTiles for_one(long_room(), tile_edge, largest);
+  for (const Tile& tile : {a, b, c, d}) {
+    for_one.mesh(std::vector{tile});
+    made = for_one.tiles_made();
+    for_one.mesh(std::vector{tile});
+    EXPECT_EQ(for_one.tiles_made(), made) << "the last one is kept";
+  }
+}
+
 TEST(SurfaceTiles, RefuseWhatIsNoLengthOrNoSize) {
   EXPECT_THROW(SurfaceTiles(long_room(), 0, 1), std::invalid_argument);
   EXPECT_THROW(SurfaceTiles(long_room(), std::nan(""), 1), std::invalid_argument);
