@@ -473,11 +473,10 @@ class MineField {
   void add_pillar(const PillarShape& pillar, const Eigen::Vector3d& p, double radius,
                   ReliefHere& relief, Value& result) const {
     const double depth = pillar.depth(p);
-    const double slack = radius + wall_bound();
-    Interval rock = {depth - slack, depth + slack};
     // Relief is evaluated only where it could change the result.
-    if (rock.high > -rock_.corner_radius)
-      rock = Interval{depth - radius, depth + radius} - relief[wall_relief];
+    const double highest = depth + radius + wall_bound();
+    if (highest <= -rock_.corner_radius && highest <= result.interval.low) return;
+    const Interval rock = Interval{depth - radius, depth + radius} - relief[wall_relief];
     if (rock.low > result.interval.low) {
       result.material = is_wet(p) ? wet_sandstone : sandstone;
       result.face = 0;

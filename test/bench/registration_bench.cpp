@@ -14,6 +14,7 @@
 #include "registration/ndt.h"
 #include "registration/ndt_score.h"
 #include "scenes/scene.h"
+#include "scenes/scene_mesh.h"
 #include "sim/survey.h"
 
 namespace minescan {
@@ -29,7 +30,7 @@ const Pair& junction() {
   static const Pair pair = [] {
     const Survey& survey = find_survey("junction");
     const Scene scene = find_scene(survey.scene).make(survey.scene_settings, 1);
-    std::vector<Scan> scans = run_survey(survey, scene.mesh, 1);
+    std::vector<Scan> scans = run_survey(survey, mesh_of(scene), 1);
     Scan& target = scans.at(survey.pairs.at(0).target);
     Scan& source = scans.at(survey.pairs.at(0).source);
     return Pair{.target = std::move(target.cloud),

@@ -15,12 +15,13 @@
 #include "scenes/contour.h"
 #include "scenes/mine.h"
 #include "scenes/scene.h"
+#include "scenes/scene_mesh.h"
 
 namespace minescan {
 namespace {
 
-TriangleMesh junction(double edge_length) {
-  return find_scene("junction").make({{"edge-length", number_text(edge_length)}}, 1).mesh;
+TriangleMesh mesh_from(const std::string& scene, double edge_length) {
+  return mesh_of(find_scene(scene).make({{"edge-length", number_text(edge_length)}}, 1));
 }
 
 struct Seconds {
@@ -60,12 +61,12 @@ double median(std::vector<double> values) {
 
 // `ns_per_square` is processor time per square of the lattice on the surface (m^2 * edge^-2). It
 // stays about flat where cost grows with the area; shorter edges show one more octave of relief.
-void contour_junction(benchmark::State& state) {
+void contour_scene(benchmark::State& state, const std::string& scene) {
   const double edge = 1e-3 * static_cast<double>(state.range(0));
   TriangleMesh mesh;
   std::vector<double> processor, wall;
   for (auto _ : state) {
-    const Seconds seconds = seconds_of([&] { mesh = junction(edge); });
+    const Seconds seconds = seconds_of([&] { mesh = mesh_from(scene, edge); });
     processor.push_back(seconds.processor);
     wall.push_back(seconds.wall);
   }
@@ -79,16 +80,22 @@ void contour_junction(benchmark::State& state) {
   state.counters["bytes_per_triangle"] = bytes / triangles;
   state.counters["ns_per_square"] = 1e9 * median(processor) * edge * edge / area(mesh);
 }
-BENCHMARK(contour_junction)
+BENCHMARK_CAPTURE(contour_scene, junction, std::string("junction"))
     ->ArgName("edge_mm")
     ->Arg(100)
     ->Arg(50)
     ->Iterations(3)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(contour_junction)
+BENCHMARK_CAPTURE(contour_scene, junction, std::string("junction"))
     ->ArgName("edge_mm")
     ->Arg(25)
+    ->Iterations(1)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(contour_scene, kvarntorp_loop, std::string("kvarntorp-loop"))
+    ->ArgName("edge_mm")
+    ->Arg(50)
     ->Iterations(1)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
@@ -98,8 +105,8 @@ BENCHMARK(contour_junction)
 void contour_in_empty_space(benchmark::State& state) {
   const double edge = 0.1;
   Mine mine;
-  mine.drifts = {{.from = {-15, 0}, .to = {15, 0}, .width = 10, .height = 6}};
-  const ImplicitSurface small = surface_of(mine, 1, 2 * edge);
+  mine.drifts["main"] = {.line = {{-15, 0, 0}, {15, 0, 0}}};
+  const ImplicitSurface small = surface_of(mine, 1, edge);
   ImplicitSurface large = small;
   const Eigen::Vector3d centre = small.bounds.center();
   large.bounds = {centre - 5 * small.bounds.sizes(), centre + 5 * small.bounds.sizes()};

@@ -20,6 +20,7 @@
 
 #include "core/parallel.h"
 #include "scenes/scene.h"
+#include "scenes/scene_mesh.h"
 #include "sim/raycaster.h"
 #include "sim/scanner.h"
 #include "sim/survey.h"
@@ -31,7 +32,8 @@ constexpr int tile = 4;
 
 // The junction of the paper, 5 cm, as large as users have it.
 const TriangleMesh& junction() {
-  static const TriangleMesh mesh = find_scene("junction").make({{"edge-length", "0.05"}}, 1).mesh;
+  static const TriangleMesh mesh =
+      mesh_of(find_scene("junction").make({{"edge-length", "0.05"}}, 1));
   return mesh;
 }
 

@@ -52,7 +52,7 @@ std::string message_of(const std::function<void()>& action) {
 
 TEST(Fields, ListsDefaultsAndTakesSettings) {
   const std::vector<Field> list = fields_of(Outer{});
-  ASSERT_EQ(list.size(), 7u);
+  ASSERT_EQ(list.size(), 8u);
   EXPECT_EQ(list[0].name, "size");
   EXPECT_EQ(list[0].unit, "m");
   EXPECT_EQ(list[0].expected, "a number > 0");
