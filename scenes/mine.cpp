@@ -206,9 +206,9 @@ class MineField {
       lowest_high = std::min(lowest_high, loose(shapes_[i].distances(p), shapes_[i], radius).high);
 
     ReliefHere relief{*this, p, radius};
-    // Legs that are not near are farther than this.
-    Value result = {.interval = {infinity, infinity}};
-    if (radius <= LegIndex::reach) result.interval.low = LegIndex::reach - radius;
+    // Legs that are not near are farther than this. Values do not tell more, wherever one asks.
+    const double farther = radius <= LegIndex::reach ? LegIndex::reach - radius : LegIndex::reach;
+    Value result = {.interval = {farther, infinity}};
     for (const std::uint32_t i : near) {
       const LegShape& shape = shapes_[i];
       const LegDistances d = shape.distances(p);

@@ -55,11 +55,18 @@ TriangleMesh SceneTiles::around(const Tile& tile, double range,
   TriangleMesh mesh = tiles_.mesh(parts);
   mesh = refined(std::move(mesh), scene_.surface, scene_.mesh.edge_length, near,
                  {.range = scene_.mesh.near_range, .levels = scene_.mesh.near_levels});
-  if (scene_.things)
-    for (const Tile& part : parts) {
-      const Eigen::AlignedBox3d box = tiles_.box_of(part);
-      append(mesh, scene_.things({box.min().head<2>().eval(), box.max().head<2>().eval()}));
-    }
+  if (!scene_.things) return mesh;
+  std::map<Tile, TriangleMesh> things;
+  for (const Tile& part : parts) {
+    const Eigen::AlignedBox3d box = tiles_.box_of(part);
+    const auto known = things_.find(part);
+    const TriangleMesh& here =
+        (things[part] = known != things_.end() ? std::move(known->second)
+                                               : scene_.things({box.min().head<2>().eval(),
+                                                                box.max().head<2>().eval()}));
+    append(mesh, here);
+  }
+  things_ = std::move(things);
   return mesh;
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,7 @@ class SceneTiles {
   Scene scene_;
   double bytes_per_area_ = 0;  // of the plan's box, on average
   SurfaceTiles tiles_;
+  std::map<Tile, TriangleMesh> things_;  // of the tiles asked for last
 };
 
 }  // namespace minescan

@@ -85,7 +85,11 @@ Survey room_and_pillar() {
     Pose T = at(spacing * column, spacing * row, 2);
     T.rotate(Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()));
     survey.stations.push_back({.scanner = "optab-yawing",
-                               .settings = {{"plane-beams", "200"}, {"planes", "180"}},
+                               .settings = {{"plane-beams", "200"},
+                                            {"planes", "180"},
+                                            // Beyond, nothing comes back that can be told from
+                                            // noise.
+                                            {"max-range", "50"}},
                                .T_world_scanner = T});
   };
   for (int column = 0; column < columns; ++column) stop(column, 0, 0);
