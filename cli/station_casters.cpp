@@ -35,7 +35,7 @@ StationCasters::StationCasters(const SurveyConfig& config, bool quiet) : survey_
     tiles_.emplace(scene_, tile_cache_bytes);
     for (std::size_t k = 0; k < ranges_.size(); ++k)
       tiles_->check_memory(tiles_->tile_of(survey_.stations[k].T_world_scanner.translation()),
-                           ranges_[k], 2 * whole_mine_bytes);
+                           ranges_[k], whole_mine_bytes);
     nlohmann::ordered_json json = {{"scene", scene_.name}, {"tiles", true}, {"closed", false}};
     json["warnings"] = {
         "too large for memory as a whole: each station's mesh ends beyond its scanner's max-range, "
@@ -53,7 +53,7 @@ RayCaster StationCasters::at(std::size_t k) {
   const bool own = scene_.mesh.near_levels > 0;
   if (!caster_ || own || tile != tile_ || ranges_[k] != range_) {
     caster_.reset();  // before the next is built: two would take too much memory
-    caster_.emplace(tiles_->around(tile, ranges_[k], {&place, own ? 1U : 0U}));
+    caster_.emplace(tiles_->around(tile, ranges_[k], {&place, own ? 1U : 0U}), Tree::soon);
     tile_ = tile;
     range_ = ranges_[k];
   }

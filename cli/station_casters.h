@@ -18,7 +18,7 @@ namespace minescan {
 /// whole takes about three times as much.
 inline constexpr double whole_mine_bytes = 1.0 * (1ULL << 30);
 /// What may be kept of tiles that are not in use.
-inline constexpr double tile_cache_bytes = 0.25 * (1ULL << 30);
+inline constexpr double tile_cache_bytes = 0.75 * (1ULL << 30);
 
 class StationCasters {
  public:

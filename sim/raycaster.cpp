@@ -160,7 +160,7 @@ struct RayCaster::Impl {
   Owned<RTCDevice> device = {};
   Owned<RTCScene> scene = {};
 
-  explicit Impl(TriangleMesh m) : mesh(std::move(m)) {
+  Impl(TriangleMesh m, Tree tree) : mesh(std::move(m)) {
     check(mesh);
     // Embree reads 16 bytes at the last vertex, which has 12.
     mesh.vertices.reserve(mesh.vertices.size() + 1);
@@ -180,7 +180,9 @@ struct RayCaster::Impl {
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
                                mesh.triangles.size());
-    rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_MEDIUM);
+    const RTCBuildQuality quality =
+        tree == Tree::fast ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_LOW;
+    rtcSetGeometryBuildQuality(geometry.get(), quality);
     rtcCommitGeometry(geometry.get());
     require_success();
 
@@ -188,7 +190,7 @@ struct RayCaster::Impl {
     require_success();
     // Without ROBUST a few rays in a million pass between neighbouring triangles.
     rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneBuildQuality(scene.get(), quality);
     rtcAttachGeometry(scene.get(), geometry.get());
     rtcCommitScene(scene.get());
     require_success();
@@ -234,7 +236,8 @@ struct RayCaster::Impl {
   }
 };
 
-RayCaster::RayCaster(TriangleMesh mesh) : impl_(std::make_shared<const Impl>(std::move(mesh))) {}
+RayCaster::RayCaster(TriangleMesh mesh, Tree tree)
+    : impl_(std::make_shared<const Impl>(std::move(mesh), tree)) {}
 
 const TriangleMesh& RayCaster::mesh() const { return impl_->mesh; }
 

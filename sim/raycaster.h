@@ -25,6 +25,10 @@ struct Hit {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, on the side the ray came from
 };
 
+/// How a ray caster sorts its triangles: `fast` for many rays, `soon` for few, ready in a fraction
+/// of the time.
+enum class Tree { fast, soon };
+
 /// Finds the first triangle along a ray, from either side. No ray leaves a closed mesh. Copies
 /// share the mesh. Safe to call from many threads at once.
 ///
@@ -39,7 +43,7 @@ class RayCaster {
   /// index (of a vertex or a material) that leads nowhere, or a material with a reflectance outside
   /// (0, 1], a wetness outside [0, 1], or a roughness or fine slope that is negative or not finite;
   /// std::runtime_error if Embree fails.
-  explicit RayCaster(TriangleMesh mesh);
+  explicit RayCaster(TriangleMesh mesh, Tree tree = Tree::fast);
 
   /// Nearest hit within [min_range, max_range], or none. `direction` is a unit vector.
   std::optional<Hit> cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

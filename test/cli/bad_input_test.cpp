@@ -35,7 +35,11 @@ TEST(BadInput, OfNames) {
            {{"dig"}, 2, "unknown command 'dig'; known: list, "},
            {{"scene", "cave", "--out", "a.ply"}, 2, "unknown scene 'cave'; known: "},
            {{"scene", "junction", "--out", "a.txt"}, 2, ".stl"},
-           {{"scene", "junction"}, 2, "--out is required"},
+           {{"scene", "junction"}, 2, "expected --out, --picture or --json"},
+           {{"scene", "junction", "--picture", "a.jpg"},
+            2,
+            "a.jpg: expected a name ending in .png"},
+           {{"scene", "junction", "--out", "a.ply", "--decimate", "2"}, 2, "in (0, 1]"},
            {{"scene", "junction", "--out", "a.ply", "--colour", "red"}, 2, "--colour"},
            {{"survey", "cave", "--out", "a"}, 2, "unknown survey 'cave'; known: "},
            {{"sweep", "cave", "--out", "a.db"}, 2, "unknown study 'cave'; known: "},
@@ -91,6 +95,61 @@ TEST(BadInput, OfConfigurations) {
   refuse("edge-length: 1\n", "expected a key 'scene'");
   refuse("scene: [junction\n", "not YAML");
   refuse(std::string("\x80\x02\x00\xff", 4), "a.yaml");
+}
+
+TEST(BadInput, OfMines) {
+  const ScratchFolder folder;
+  const auto refuse = [&](const std::string& drifts, const std::string& says) {
+    write_text(folder / "a.yaml", "scene: mine\nedge-length: 0.5\n" + drifts);
+    expect_refused({{"scene", "a.yaml", "--out", "a.ply"}, 2, says}, folder);
+  };
+  refuse("", "mine: expected at least one drift");
+  refuse("drifts:\n  a: {width: 5}\n", "drift 'a': expected a line of 2 points or more");
+  refuse("drifts:\n  a: {line: [0 0, 9 0], width: 0}\n",
+         "a.yaml:4: drifts.a.width: expected a number in [1, 50], found '0' (unit: m)");
+  refuse("drifts:\n  a: {line: [0 0, 9 x]}\n", "a.yaml:4: drifts.a.line: expected");
+  refuse("drifts:\n  a: {line: [0 0, 9 0], wdith: 4}\n", "unknown key 'drifts.a.wdith'; known: ");
+  refuse("drifts:\n  a: {off: a}\n", "drift 'a': leaves itself");
+  refuse("drifts:\n  a: {line: [0 0, 9 0, 0 1]}\n", "drift 'a': turns back on itself");
+  refuse("drifts:\n  a: {line: [0 0, 40 0]}\n  b: {line: [20 -20 1, 20 20 1]}\n",
+         "drift 'a': meets 'b' near (20, 0) on another level");
+  refuse("drifts:\n  a: {line: [0 0, 40 0]}\nthings:\n  l: {kind: lamp, drift: a}\n",
+         "unknown thing 'lamp'; known: ");
+  refuse("drifts:\n  a: {line: [0 0, 40 0]}\nthings:\n  l: {drift: b}\n", "'b'");
+  expect_refused({{"scene", "room-and-pillar", "--set", "edge-length=0.01", "--set", "columns=40",
+                   "--out", "a.ply"},
+                  2,
+                  "GiB of memory; expected at most"},
+                 folder);
+  expect_refused({{"survey", "room-and-pillar", "--set", "scene.edge-length=0.01", "--out", "a"},
+                  2,
+                  "MiB: use longer edges"},
+                 folder);
+}
+
+TEST(BadInput, OfMeshes) {
+  const ScratchFolder folder;
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  write_text(folder / "good.obj", triangle);
+  write_text(folder / "nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_text(folder / "index.obj", "v 0 0 0\nf 1 2 3\n");
+  write_text(folder / "empty.ply", "");
+  write_text(folder / "truncated.ply",
+             "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float "
+             "x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int "
+             "vertex_indices\nend_header\n1234");
+  write_text(folder / "rubbish.stl", std::string(200, '\xa5'));
+  for (const std::string file :
+       {"nan.obj", "index.obj", "empty.ply", "truncated.ply", "rubbish.stl", "missing.ply"})
+    expect_refused({{"scene", file, "--json", "a.json"}, 1, file}, folder);
+  expect_refused({{"scene", "good.obj", "--set", "parts.file.material=jelly", "--json", "a.json"},
+                  2,
+                  "unknown material 'jelly'; known: "},
+                 folder);
+  expect_refused({{"scene", "good.obj", "--set", "groups.rock=steel", "--json", "a.json"},
+                  2,
+                  "unknown group 'rock'"},
+                 folder);
 }
 
 TEST(BadInput, OfClouds) {

@@ -108,6 +108,86 @@ TEST(Scene, WritesTheMeshAndItsConfiguration) {
       << "the seed changes nothing";
 }
 
+// A mine in a dozen lines.
+const char* small_mine =
+    "scene: mine\n"
+    "edge-length: 0.4\n"
+    "drifts:\n"
+    "  main:  {line: [0 0, 20 0, 30 6 -0.5], width: 6, height: 4, arch: 1, end: concrete}\n"
+    "  niche: {off: main, at: 8, side: left, length: 3, width: 3, height: 2.5}\n"
+    "pillars:\n"
+    "  p: {at: [14 0], length: 2, width: 1}\n"
+    "things:\n"
+    "  lights: {kind: light, drift: main, from: 4, to: 12, every: 8}\n"
+    "wall-rms: 0.05\n"
+    "floor-class: C\n";
+
+TEST(Scene, IsAMineOfYourOwn) {
+  const ScratchFolder folder;
+  write_text(folder / "mine.yaml", small_mine);
+  const ProgramResult made = run_minescan(
+      {"scene", "mine.yaml", "--out", "a.ply", "--picture", "a.png", "--json", "a.json", "--check"},
+      folder);
+  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_EQ(content(folder / "a.png").substr(1, 3), "PNG");
+  const Json json = Json::parse(content(folder / "a.json"));
+  EXPECT_TRUE(json["closed"].get<bool>());
+  EXPECT_EQ(json["components"], 3) << "the rock and two lights";
+  // The pillar is a hole through the rock's surface: 2 * 3 - 2.
+  EXPECT_EQ(json["euler_characteristic"], 4);
+  EXPECT_EQ(json["warnings"], Json::array());
+
+  // What --print-config says makes the same mine.
+  const ProgramResult printed = run_minescan({"scene", "mine.yaml", "--print-config"}, folder);
+  ASSERT_EQ(printed.exit_code, 0) << printed.errors;
+  EXPECT_NE(printed.output.find("line: 0 0 0, 20 0 0, 30 6 -0.5"), std::string::npos)
+      << printed.output;
+  write_text(folder / "again.yaml", printed.output);
+  const ProgramResult again = run_minescan({"scene", "again.yaml", "--out", "b.ply"}, folder);
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(content(folder / "a.ply"), content(folder / "b.ply"));
+
+  // Fewer triangles of the same mine.
+  const ProgramResult fewer =
+      run_minescan({"scene", "mine.yaml", "--decimate", "0.5", "--json", "-", "--check"}, folder);
+  ASSERT_EQ(fewer.exit_code, 0) << fewer.errors;
+  const Json less = Json::parse(fewer.output);
+  EXPECT_TRUE(less["closed"].get<bool>());
+  EXPECT_NEAR(less["triangles"].get<double>(), json["triangles"].get<double>() / 2,
+              0.02 * json["triangles"].get<double>());
+}
+
+TEST(Scene, IsAnyMesh) {
+  const ScratchFolder folder;
+  ASSERT_EQ(run_minescan({"scene", "box", "--set", "edge-length=1", "--out", "box.obj"}, folder)
+                .exit_code,
+            0);
+  const ProgramResult whole = run_minescan({"scene", "box.obj", "--json", "-"}, folder);
+  ASSERT_EQ(whole.exit_code, 0) << whole.errors;
+  EXPECT_TRUE(Json::parse(whole.output)["closed"].get<bool>());
+
+  // Without its last triangle, rays may leave: that is said in the data.
+  std::string text = content(folder / "box.obj");
+  text.erase(text.rfind("\nf ") + 1);
+  write_text(folder / "open.obj", text);
+  const ProgramResult open = run_minescan({"scene", "open.obj", "--json", "-"}, folder);
+  ASSERT_EQ(open.exit_code, 0) << open.errors;
+  const Json json = Json::parse(open.output);
+  EXPECT_FALSE(json["closed"].get<bool>());
+  EXPECT_EQ(json["boundary_edges"], 3);
+  EXPECT_EQ(json["warnings"].size(), 1U);
+
+  // It can be scanned all the same, and the data set says what was scanned.
+  const ProgramResult survey =
+      run_minescan({"survey", "junction", "--set", "scene.name=open.obj", "--set",
+                    "scene.parts.file.material=concrete", "--set", "stations.0.planes=20", "--set",
+                    "stations.1.planes=20", "--out", "data"},
+                   folder);
+  ASSERT_EQ(survey.exit_code, 0) << survey.errors;
+  EXPECT_EQ(Json::parse(content(folder / "data/scene.json")), json);
+  EXPECT_NE(content(folder / "data/survey.yaml").find("file: open.obj"), std::string::npos);
+}
+
 TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
   const ScratchFolder folder;
   const ProgramResult survey =
