@@ -446,10 +446,14 @@ Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
     if (!ends[axis][0]) wide.min()[axis] = -reach;
     if (!ends[axis][1]) wide.max()[axis] = 1 + reach;
   }
+  // Face 0 is many faces, rough ones in mines: its mean plane is a guess and no reason to leave the
+  // cell. There triangles would cross those of neighbours.
+  const bool has_rounded =
+      std::any_of(planes.begin(), planes.end(), [](const Plane& plane) { return plane.face == 0; });
   const bool is_line =
       values[0] <= least_square * values[2] && values[1] > least_square * values[2];
   const Eigen::Vector3d line = is_line ? Eigen::Vector3d(axes.col(0)) : Eigen::Vector3d::Zero();
-  for (const Eigen::AlignedBox3d& allowed : {box, wide})
+  for (const Eigen::AlignedBox3d& allowed : {box, has_rounded ? box : wide})
     if (const std::optional<Eigen::Vector3d> found = moved_into(allowed, place, line))
       return corner + edge_ * *found;
   return corner + edge_ * place.cwiseMax(box.min()).cwiseMin(box.max());

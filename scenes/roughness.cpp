@@ -16,6 +16,10 @@
 namespace minescan {
 namespace {
 
+// Mean frequency of gradient noise along a line, cycles per spacing of its lattice; found
+// numerically, from the spectra of 6000 lines of 64 spacings. Its root mean square is 0.41517.
+constexpr double noise_frequency = 0.3425;
+
 /// A rotation drawn uniformly (Shoemake 1992).
 Eigen::Matrix3d random_rotation(Random& random) {
   Eigen::Quaterniond q;
@@ -82,10 +86,16 @@ double road_density(RoadClass road) {
 }
 
 ReliefBand road_relief(RoadClass road, double inner, double outer) {
-  // The integral of G_d(n0) (n / n0)^-2 from 1 / outer to 1 / inner is the variance.
+  // Octaves of wavelengths L and variances c L, L halved from each to the next, add up to
+  // n^2 G_d(n) = c m / ln 2 on average over an octave: m is the mean frequency of an octave's waves
+  // times L. Part of them is longer than `outer`, so the variance is larger than the integral of
+  // G_d from 1 / outer to 1 / inner.
   constexpr double n0 = 0.1;
-  const double variance = road_density(road) * n0 * n0 * (outer - inner);
-  return {.rms = std::sqrt(variance), .hurst = 0.5, .inner = inner, .outer = outer};
+  const double c = road_density(road) * n0 * n0 * std::numbers::ln2 /
+                   (noise_frequency * gradient_noise_wavelength);
+  const double octaves = std::floor(std::log2(outer / inner)) + 1;
+  const double wavelengths = outer * (2 - std::exp2(1 - octaves));  // their sum
+  return {.rms = std::sqrt(c * wavelengths), .hurst = 0.5, .inner = inner, .outer = outer};
 }
 
 Interval Relief::range(const Eigen::Vector3d& place, double radius) const {
