@@ -19,12 +19,12 @@
 namespace minescan {
 namespace {
 
-constexpr int picture_width = 1200;                    // pixels
-constexpr int view_height = 600;                       // pixels
+const char* const usual_width = "1200";                // pixels
+const Range picture_widths = between(100, 8000);       // pixels
 constexpr double view_field = std::numbers::pi / 2.2;  // rad, about that of a wide-angle lens
 
 struct State {
-  std::string scene, out, picture, json, decimate;
+  std::string scene, out, picture, json, decimate, width = usual_width;
   bool print_config = false, check = false;
 };
 
@@ -32,6 +32,7 @@ struct State {
 void check_names(const State& state) {
   if (state.out.empty() && state.picture.empty() && state.json.empty())
     throw std::invalid_argument("scene: expected --out, --picture or --json");
+  read_number(state.width, picture_widths, true);
   if (!state.out.empty()) check_mesh_name(state.out);
   if (!state.picture.empty() && std::filesystem::path(state.picture).extension() != ".png")
     throw std::invalid_argument(state.picture + ": expected a name ending in .png");
@@ -68,9 +69,10 @@ int run(const State& state, const Common& common) {
   }
   if (!state.picture.empty()) {
     const RayCaster caster(std::move(mesh));
+    const int width = static_cast<int>(read_number(state.width, picture_widths, true));
     const Picture picture =
-        stacked(plan_picture(caster, picture_width),
-                inside_picture(caster, scene.T_world_view, view_field, picture_width, view_height));
+        stacked(plan_picture(caster, width),
+                inside_picture(caster, scene.T_world_view, view_field, width, width / 2));
     write_file(state.picture, print_png(picture.width, picture.height, picture.rgb));
     fmt::print("{}: {} x {} pixels\n", state.picture, picture.width, picture.height);
   }
@@ -105,6 +107,7 @@ Command scene_command() {
             &state->scene},
            {"--out", "FILE", "the mesh: .ply, .obj or .stl", false, &state->out},
            {"--picture", "FILE.png", "its plan, and a view inside", false, &state->picture},
+           {"--width", "PIXELS", "of the picture; 1200", false, &state->width},
            {"--json", "FILE|-", "counts, whether it is closed, warnings", false, &state->json},
            {"--check", "", "with --json: check the mesh of any scene, not only of a file", false,
             &state->check},

@@ -555,7 +555,9 @@ ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_len
 Scene scene_of(const std::string& name, const Mine& mine, const MeshOptions& mesh,
                std::uint64_t seed) {
   Scene scene{.name = name, .mesh = mesh, .centre_lines = centre_lines(mine)};
-  scene.T_world_view = view_of(scene.centre_lines.front());
+  scene.T_world_view = view_of(*std::max_element(
+      scene.centre_lines.begin(), scene.centre_lines.end(),
+      [](const CentreLine& a, const CentreLine& b) { return length_of(a) < length_of(b); }));
   const auto shared = std::make_shared<const Mine>(mine);
   scene.surface = [shared, seed](double edge_length) {
     return surface_of(*shared, seed, edge_length);

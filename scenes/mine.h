@@ -180,7 +180,7 @@ std::vector<CentreLine> centre_lines(const Mine& mine);
 ///         itself, or turns back on itself, and for drifts that meet on different levels
 ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_length);
 
-/// The mine as a scene, seen from inside its first drift.
+/// The mine as a scene, seen from inside its longest drift.
 Scene scene_of(const std::string& name, const Mine& mine, const MeshOptions& mesh,
                std::uint64_t seed);
 

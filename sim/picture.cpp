@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/parallel.h"
 
@@ -32,6 +33,9 @@ const Vector3d ink(1, 1, 1);
 const Vector3d rock(0.13, 0.13, 0.15);
 const Vector3d outline(0.02, 0.02, 0.03);
 constexpr double brightest_surface = 0.94;  // so that ink stands out everywhere
+constexpr double step_height = 0.05;        // metres; lower steps cast no shadow in a plan
+constexpr double step_slope = 1.5;
+constexpr double step_shadow = 0.55;
 
 std::uint8_t byte_of(double value) {
   return static_cast<std::uint8_t>(std::clamp(value, 0.0, 1.0) * 255 + 0.5);
@@ -169,6 +173,7 @@ Vector3d front_normal(const TriangleMesh& mesh, std::uint32_t triangle) {
 // What one ray of the plan sees.
 struct Floor {
   bool open = false;
+  double height = 0;  // z
   Vector3d colour = Vector3d::Zero();
 };
 
@@ -220,7 +225,9 @@ Floor Plan::below(const Vector2d& place) const {
     if (!hit) break;
     const Vector3d normal = front_normal(caster.mesh(), hit->triangle);
     if (normal.z() < 0) inside = true;
-    if (normal.z() > 0 && inside) return {.open = true, .colour = shaded(hit->triangle, normal)};
+    if (normal.z() > 0 && inside)
+      return {
+          .open = true, .height = origin.z() - hit->range, .colour = shaded(hit->triangle, normal)};
     passed = std::max(passed, hit->range) + step;
   }
   return {};
@@ -338,6 +345,7 @@ Picture plan_picture(const RayCaster& caster, int width) {
   // How much of each pixel is open, of samples^2.
   std::vector<std::uint8_t> open(static_cast<std::size_t>(columns) *
                                  static_cast<std::size_t>(rows));
+  std::vector<double> height(open.size(), -std::numeric_limits<double>::infinity());
   const auto slot = [&](int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
            static_cast<std::size_t>(x);
@@ -351,9 +359,27 @@ Picture plan_picture(const RayCaster& caster, int width) {
             const Floor floor =
                 plan.below(plan.world(x + (i + 0.5) / samples, y + (j + 0.5) / samples));
             sum += floor.open ? floor.colour : rock;
-            if (floor.open) ++open[slot(x, y)];
+            if (!floor.open) continue;
+            ++open[slot(x, y)];
+            height[slot(x, y)] = floor.height;
           }
         set_pixel(picture, margin + x, margin + y, sum / (samples * samples));
+      }
+  });
+
+  // The shadow at the foot of a step, where flat faces on both sides would look alike.
+  parallel_for(static_cast<std::size_t>(rows), 16, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      for (int x = 0; x < columns; ++x) {
+        if (open[slot(x, y)] == 0) continue;
+        const double step = step_height + step_slope * plan.metres_per_pixel;
+        bool low = false;
+        for (const auto& [i, j] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}})
+          low = low || (i >= 0 && j >= 0 && i < columns && j < rows &&
+                        height[slot(i, j)] > height[slot(x, y)] + step);
+        if (!low) continue;
+        std::uint8_t* rgb = pixel(picture, margin + x, margin + y);
+        for (int c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(step_shadow * rgb[c]);
       }
   });
 
