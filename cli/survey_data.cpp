@@ -10,12 +10,12 @@
 #include "cli/machine.h"
 #include "cli/progress.h"
 #include "cli/station_casters.h"
+#include "core/input_file.h"
 #include "core/output_file.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/text.h"
 #include "formats/cloud_file.h"
-#include "formats/input_file.h"
 #include "registration/kdtree.h"
 
 namespace minescan {

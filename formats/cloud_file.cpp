@@ -5,9 +5,9 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "core/input_file.h"
 #include "core/output_file.h"
 #include "core/text.h"
-#include "formats/input_file.h"
 
 namespace minescan {
 

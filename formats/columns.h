@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/input_file.h"
+#include "core/input_file.h"
 
 namespace minescan {
 

@@ -7,9 +7,9 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "core/input_file.h"
 #include "core/text.h"
 #include "formats/columns.h"
-#include "formats/input_file.h"
 
 namespace minescan {
 namespace {

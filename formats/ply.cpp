@@ -5,10 +5,10 @@
 #include <bit>
 #include <optional>
 
+#include "core/input_file.h"
 #include "core/text.h"
 #include "formats/cloud_file.h"
 #include "formats/columns.h"
-#include "formats/input_file.h"
 
 namespace minescan {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <iterator>
 
+#include "core/input_file.h"
 #include "core/text.h"
 #include "formats/cloud_file.h"
 #include "formats/columns.h"
-#include "formats/input_file.h"
 
 namespace minescan {
 

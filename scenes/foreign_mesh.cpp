@@ -5,11 +5,9 @@
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -18,6 +16,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "core/input_file.h"
 #include "core/text.h"
 
 // OpenMesh believes a file: of one that ends early it makes up the rest, a polygon of 4e9 corners
@@ -43,16 +42,9 @@ std::string quoted(std::string_view text) {
 }
 
 std::string content_of(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail(path, "expected a file, found a folder");
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  if (!file) fail(path, std::string("cannot be read: ") + std::strerror(errno));
-  if (file.peek() == std::ifstream::traits_type::eof()) fail(path, "is empty");
-  if (!(content << file.rdbuf()))
-    fail(path, std::string("cannot be read: ") + std::strerror(errno));
-  return std::move(content).str();
+  std::string content = read_file(path);
+  if (content.empty()) fail(path, "is empty");
+  return content;
 }
 
 constexpr std::string_view blanks = " \t\r\n\v\f";

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/input_file.h"
 #include "core/random.h"
-#include "formats/input_file.h"
 
 namespace minescan {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "formats/input_file.h"
+#include "core/input_file.h"
 
 #include <cerrno>
 #include <fstream>
