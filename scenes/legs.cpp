@@ -229,6 +229,15 @@ LegPlace Leg::place_of(const Eigen::Vector3d& p) const {
   return place;
 }
 
+double Leg::distance_in_plan(const Eigen::Vector3d& p) const {
+  const double dx = p.x() - from.x();
+  const double dy = p.y() - from.y();
+  const double along = dx * direction.x() + dy * direction.y();
+  const double side = dy * direction.x() - dx * direction.y();
+  const double beyond = along - std::clamp(along, 0.0, length);
+  return std::sqrt(beyond * beyond + side * side);
+}
+
 std::vector<CentreLine> centre_lines(const Mine& mine) {
   if (mine.drifts.empty())
     throw std::invalid_argument("mine: expected at least one drift (drifts.NAME.line)");
@@ -240,12 +249,15 @@ std::vector<CentreLine> centre_lines(const Mine& mine) {
 
 std::vector<Leg> legs_of(const Mine& mine) {
   std::vector<Leg> legs;
+  std::size_t number = 0;
   for (const CentreLine& line : centre_lines(mine)) {
     const Drift& drift = mine.drifts.at(line.drift);
     double chainage = 0;
+    ++number;
     for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
       const Eigen::Vector3d step = line.points[i + 1] - line.points[i];
       Leg leg{.drift = line.drift,
+              .number = number,
               .from = line.points[i].head<2>(),
               .chainage = chainage,
               .floor = line.points[i].z(),

@@ -23,6 +23,7 @@ struct LegPlace {
 /// A straight piece of a drift.
 struct Leg {
   std::string drift = {};
+  std::size_t number = 0;  // of the drift
   Eigen::Vector2d from = Eigen::Vector2d::Zero();
   Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  // unit
   double length = 1;
@@ -38,6 +39,8 @@ struct Leg {
   End end = End::rock;
 
   LegPlace place_of(const Eigen::Vector3d& p) const;
+  /// From the axis between both ends.
+  double distance_in_plan(const Eigen::Vector3d& p) const;
 };
 
 /// All legs, drift by drift. Throws as surface_of.
@@ -50,7 +53,7 @@ class LegIndex {
   LegIndex(std::vector<Leg> legs, double margin);
 
   const std::vector<Leg>& legs() const { return legs_; }
-  /// Those that may come within `radius` (at most `reach`) of `p` in plan.
+  /// Those that may come within `radius` (at most `reach`) of `p` in plan, in order.
   std::span<const std::uint32_t> near(const Eigen::Vector3d& p, double radius) const;
   /// All others are farther from `p` than this.
   static constexpr double reach = 4;  // metres

@@ -202,38 +202,40 @@ class MineField {
   Value value(const Eigen::Vector3d& p, double radius) const {
     const std::span<const std::uint32_t> near = index_.near(p, radius);
     double lowest_high = infinity;
-    for (const std::uint32_t i : near)
-      lowest_high = std::min(lowest_high, loose(shapes_[i].distances(p), shapes_[i], radius).high);
+    for_each_drift(near, p, radius, [&](const auto& for_each_leg) {
+      double high = -infinity;
+      for_each_leg([&](const LegShape& shape) {
+        high = std::max(high, loose(shape.distances(p), shape, radius).high);
+      });
+      lowest_high = std::min(lowest_high, high);
+    });
 
     ReliefHere relief{*this, p, radius};
     // Legs that are not near are farther than this. Values do not tell more, wherever one asks.
     const double farther = radius <= LegIndex::reach ? LegIndex::reach - radius : LegIndex::reach;
     Value result = {.interval = {farther, infinity}};
-    for (const std::uint32_t i : near) {
-      const LegShape& shape = shapes_[i];
-      const LegDistances d = shape.distances(p);
-      if (loose(d, shape, radius).low > lowest_high) continue;
-      Parts<Interval> parts = loose_parts(d, shape, radius);
-      for (int part = 0; part < part_count; ++part) {
-        if (!matters(parts, part)) continue;
-        const double r = radius * shape.steepness[part];
-        parts[part] = Interval{d.parts[part] - r, d.parts[part] + r} -
-                      displacement(part, d.place, shape, relief);
+    for_each_drift(near, p, radius, [&](const auto& for_each_leg) {
+      // The ball may hold places of any of these legs.
+      Value drift = {.interval = {infinity, -infinity}};
+      for_each_leg([&](const LegShape& shape) {
+        const LegDistances d = shape.distances(p);
+        const Interval bounds = loose(d, shape, radius);
+        const Value leg =
+            bounds.low > lowest_high ? Value{bounds} : leg_value(shape, d, radius, relief);
+        if (leg.interval.low < drift.interval.low) {
+          drift.material = leg.material;
+          drift.face = leg.face;
+        }
+        drift.interval.low = std::min(drift.interval.low, leg.interval.low);
+        drift.interval.high = std::max(drift.interval.high, leg.interval.high);
+      });
+      if (drift.interval.low < result.interval.low) {
+        result.material = drift.material;
+        result.face = drift.face;
       }
-      Interval concrete = {-infinity, -infinity};
-      if (d.concrete > -infinity)
-        concrete = Interval{d.concrete - radius, d.concrete + radius} - relief[concrete_relief];
-      const Interval rough = united(parts);
-      const Interval leg = {std::max(rough.low, concrete.low), std::max(rough.high, concrete.high)};
-      if (leg.low < result.interval.low) {
-        const bool flat = concrete.low > rough.low;
-        result.material = flat ? static_cast<std::uint8_t>(::minescan::concrete)
-                               : material_of(parts, d.place, shape.leg, relief);
-        result.face = flat ? 1 : 0;
-      }
-      result.interval.low = std::min(result.interval.low, leg.low);
-      result.interval.high = std::min(result.interval.high, leg.high);
-    }
+      result.interval.low = std::min(result.interval.low, drift.interval.low);
+      result.interval.high = std::min(result.interval.high, drift.interval.high);
+    });
     for (const PillarShape& pillar : pillars_) add_pillar(pillar, p, radius, relief, result);
     return result;
   }
@@ -248,7 +250,7 @@ class MineField {
     roughen(wet_sandstone, wall_);
     roughen(bedded_sandstone, ceiling_);
     roughen(gravel, floor_);
-    roughen(::minescan::concrete, concrete_);
+    roughen(concrete, concrete_);
     return list;
   }
 
@@ -285,6 +287,61 @@ class MineField {
       return values[i];
     }
   };
+
+  /// A drift is what its nearest leg says. For each drift with legs in `near` (which lists them one
+  /// after the other), calls action(for_each_leg), where for_each_leg(f) calls f for those of its
+  /// legs that are the nearest one to some place in the ball.
+  template <class Action>
+  void for_each_drift(std::span<const std::uint32_t> near, const Eigen::Vector3d& p, double radius,
+                      Action&& action) const {
+    for (std::size_t begin = 0, end = 0; begin < near.size(); begin = end) {
+      const auto number = shapes_[near[begin]].leg.number;
+      while (end < near.size() && shapes_[near[end]].leg.number == number) ++end;
+      if (end - begin == 1) {
+        action([&](auto&& f) { f(shapes_[near[begin]]); });
+        continue;
+      }
+      std::uint32_t first = near[begin];
+      double nearest = infinity;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double distance = shapes_[near[i]].leg.distance_in_plan(p);
+        if (distance < nearest) first = near[i];
+        nearest = std::min(nearest, distance);
+      }
+      if (radius == 0) {
+        action([&](auto&& f) { f(shapes_[first]); });
+        continue;
+      }
+      action([&](auto&& f) {
+        for (std::size_t i = begin; i < end; ++i)
+          if (shapes_[near[i]].leg.distance_in_plan(p) <= nearest + 2 * radius) f(shapes_[near[i]]);
+      });
+    }
+  }
+
+  /// The field of one leg, exact where that matters.
+  Value leg_value(const LegShape& shape, const LegDistances& d, double radius,
+                  ReliefHere& relief) const {
+    Parts<Interval> parts = loose_parts(d, shape, radius);
+    for (int part = 0; part < part_count; ++part) {
+      if (!matters(parts, part)) continue;
+      const double r = radius * shape.steepness[part];
+      parts[part] = Interval{d.parts[part] - r, d.parts[part] + r} -
+                    displacement(part, d.place, shape, relief);
+    }
+    Interval flat = {-infinity, -infinity};
+    if (d.concrete > -infinity)
+      flat = Interval{d.concrete - radius, d.concrete + radius} - relief[concrete_relief];
+    const Interval rough = united(parts);
+    Value value = {.interval = {std::max(rough.low, flat.low), std::max(rough.high, flat.high)}};
+    if (flat.low > rough.low) {
+      value.material = concrete;
+      value.face = 1;
+    } else {
+      value.material = material_of(parts, d.place, shape.leg, relief);
+    }
+    return value;
+  }
 
   double wall_bound() const {
     return wall_.bound() + overbreak_deepest * rock_.overbreak + rock_.look_out / 2 +

@@ -31,7 +31,8 @@ constexpr auto names_of(Course) { return std::to_array<std::string_view>({"strai
 
 /// A drift (tunnel, passage, niche) with the section `width` x `height` around its centre line.
 /// Drifts that overlap are one open space. It has either a line of its own or leaves another drift
-/// at right angles.
+/// at right angles. Each place of it belongs to the nearest point of its line: where a sloping
+/// drift turns sharply, the floor on the inside of the bend has a step.
 struct Drift {
   std::vector<Eigen::Vector3d> line = {};  // at floor level, from face to face
   Course course = Course::straight;

@@ -36,8 +36,16 @@ std::vector<std::vector<std::string>> commands_of(const std::string& readme) {
   return commands;
 }
 
+/// The text between ```yaml and ```: the mine that a command builds.
+std::string mine_of(const std::string& readme) {
+  const std::string fence = "```yaml\n";
+  const std::size_t begin = readme.find(fence) + fence.size();
+  return readme.substr(begin, readme.find("```", begin) - begin);
+}
+
 TEST(Readme, CommandsWork) {
   const ScratchFolder folder;
+  write_text(folder / "mine.yaml", mine_of(content(MINESCAN_README)));
   const auto commands = commands_of(content(MINESCAN_README));
   ASSERT_GE(commands.size(), 5u) << "the README lost its commands";
   for (const std::vector<std::string>& command : commands) {
