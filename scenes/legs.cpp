@@ -70,6 +70,8 @@ void check_numbers(const std::string& name, const Drift& d) {
   if (!(d.width > 0 && d.height > 0 && std::isfinite(d.width * d.height)))
     refuse(name, "expected a width and a height > 0 m, found " + number_text(d.width) + " and " +
                      number_text(d.height));
+  if (!(std::abs(d.cross_slope) <= 0.5))
+    refuse(name, "expected a cross-slope of at most 1 in 2, found " + number_text(d.cross_slope));
   if (!(d.arch >= 0 && d.arch < d.height))
     refuse(name, "expected an arch from 0 to less than the height, " + number_text(d.height) +
                      " m, found " + number_text(d.arch));
@@ -225,7 +227,8 @@ LegPlace Leg::place_of(const Eigen::Vector3d& p) const {
                                                           : 0;
   place.lateral =
       beyond > 0 ? std::sqrt(beyond * beyond + place.side * place.side) : std::abs(place.side);
-  place.floor = floor + slope * std::clamp(place.along, 0.0, length);
+  place.floor = floor + slope * std::clamp(place.along, 0.0, length) +
+                cross_slope * std::clamp(place.side, -width / 2, width / 2);
   return place;
 }
 
@@ -261,6 +264,7 @@ std::vector<Leg> legs_of(const Mine& mine) {
               .from = line.points[i].head<2>(),
               .chainage = chainage,
               .floor = line.points[i].z(),
+              .cross_slope = drift.cross_slope,
               .width = drift.width,
               .height = drift.height,
               .arch = drift.arch,

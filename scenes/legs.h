@@ -27,9 +27,10 @@ struct Leg {
   Eigen::Vector2d from = Eigen::Vector2d::Zero();
   Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  // unit
   double length = 1;
-  double chainage = 0;  // of its start, along the drift
-  double floor = 0;     // z at its start
-  double slope = 0;     // of the floor, rising along it
+  double chainage = 0;     // of its start, along the drift
+  double floor = 0;        // z at its start
+  double slope = 0;        // of the floor, rising along it
+  double cross_slope = 0;  // rising to the left
   double width = 10;
   double height = 6;
   double arch = 0;

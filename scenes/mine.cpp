@@ -24,7 +24,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Overbreak is where a weakness of unit RMS exceeds one; the mean excess there is 0.525 for a
 // normal one. Deeper than this many times the mean, the rock is taken to have held.
 constexpr double overbreak_level = 1;
-constexpr double overbreak_mean = 0.525;
+constexpr double overbreak_mean = 0.46;
 constexpr double overbreak_deepest = 2;
 
 // Halves of drill holes are left where the round has loosened no rock beyond them: about every
@@ -106,8 +106,9 @@ struct LegShape {
   LegShape(const Leg& l, double radius, std::uint64_t field_seed)
       : leg(l), corner_radius(radius), seed(derived_seed(field_seed, "drift " + l.drift)) {
     const double arch = 4 * leg.arch / leg.width;
-    steepness[ceiling] = std::sqrt(1 + std::pow(std::abs(leg.slope) + arch, 2));
-    steepness[floor_part] = std::sqrt(1 + leg.slope * leg.slope);
+    const double across = std::abs(leg.cross_slope);
+    steepness[ceiling] = std::hypot(1, leg.slope, across + arch);
+    steepness[floor_part] = std::hypot(1, leg.slope, across);
   }
 
   LegDistances distances(const Eigen::Vector3d& p) const {
@@ -265,14 +266,7 @@ class MineField {
 
  private:
   /// What is the same for all legs at one place, each evaluated when it is first asked for.
-  enum Shared {
-    wall_relief,
-    ceiling_relief,
-    floor_relief,
-    concrete_relief,
-    weakness,
-    shared_count
-  };
+  enum Shared { wall_relief, ceiling_relief, concrete_relief, weakness, shared_count };
   struct ReliefHere {
     const MineField& field;
     const Eigen::Vector3d& place;
@@ -285,6 +279,20 @@ class MineField {
       if (!known[i]) values[i] = field.shared(which, place, radius);
       known[i] = true;
       return values[i];
+    }
+
+    // Of the floor below or above the place: a height over its plan, so that water on it is level.
+    Interval floor = {};
+    double floor_z = infinity;  // for which it was evaluated
+
+    const Interval& on_floor(double z, double steepness) {
+      if (floor_z != z) {
+        const double reach = radius * steepness;
+        const Eigen::Vector3d foot(place.x(), place.y(), z);
+        floor = field.floor_.range(foot, reach) + field.stones_.range(foot, reach);
+      }
+      floor_z = z;
+      return floor;
     }
   };
 
@@ -338,7 +346,7 @@ class MineField {
       value.material = concrete;
       value.face = 1;
     } else {
-      value.material = material_of(parts, d.place, shape.leg, relief);
+      value.material = material_of(parts, d.place, shape, relief);
     }
     return value;
   }
@@ -359,8 +367,6 @@ class MineField {
         return wall_.range(p, radius);
       case ceiling_relief:
         return ceiling_.range(p, radius) + bedding_.range(p, radius);
-      case floor_relief:
-        return floor_.range(p, radius) + stones_.range(p, radius);
       case concrete_relief:
         return concrete_.range(p, radius);
       default:
@@ -379,7 +385,7 @@ class MineField {
       case ceiling:
         return relief[ceiling_relief];
       default: {
-        const Interval height = floor_height(place, shape.leg, relief);
+        const Interval height = floor_height(place, shape, relief);
         return {-height.high, -height.low};
       }
     }
@@ -445,17 +451,16 @@ class MineField {
       const double t = distance / half_cast_radius;
       return t < 1 ? half_cast_radius * std::sqrt(1 - t * t) : 0.0;
     };
-    // The height above a sloping floor changes by up to 1.2 of the distance; a ball that reaches
-    // over to the next hole's part of the wall still keeps away from that hole.
+    // A ball that reaches over to the next hole's part of the wall still keeps away from that hole.
     const double distance = std::abs(z - middle);
-    const double reach = 1.2 * relief.radius;
+    const double reach = relief.radius * shape.steepness[floor_part];
     return {depth(distance + reach), depth(std::max(0.0, distance - reach))};
   }
 
   /// Of stones and relief, with ruts; without water.
-  Interval dry_floor(const LegPlace& place, const Leg& leg, ReliefHere& relief) const {
-    Interval height = relief[floor_relief];
-    if (rock_.rut_depth > 0 && leg.width > rut_track + 4 * rut_width) {
+  Interval dry_floor(const LegPlace& place, const LegShape& shape, ReliefHere& relief) const {
+    Interval height = relief.on_floor(place.floor, shape.steepness[floor_part]);
+    if (rock_.rut_depth > 0 && shape.leg.width > rut_track + 4 * rut_width) {
       const double t = (std::abs(place.side) - rut_track / 2) / rut_width;
       const double depth = rock_.rut_depth * std::exp(-t * t);
       const double change = rock_.rut_depth * rut_steepness / rut_width * relief.radius;
@@ -465,14 +470,14 @@ class MineField {
     return height;
   }
 
-  Interval floor_height(const LegPlace& place, const Leg& leg, ReliefHere& relief) const {
-    const Interval dry = dry_floor(place, leg, relief);
-    if (!holds_water(leg)) return dry;
+  Interval floor_height(const LegPlace& place, const LegShape& shape, ReliefHere& relief) const {
+    const Interval dry = dry_floor(place, shape, relief);
+    if (!holds_water(shape.leg)) return dry;
     return through(dry, [this](double height) { return std::max(height, water_level_); });
   }
 
   bool holds_water(const Leg& leg) const {
-    return water_level_ > -infinity && std::abs(leg.slope) <= level_floor;
+    return water_level_ > -infinity && std::hypot(leg.slope, leg.cross_slope) <= level_floor;
   }
 
   Parts<Interval> loose_parts(const LegDistances& d, const LegShape& shape, double radius) const {
@@ -512,12 +517,13 @@ class MineField {
     return true;
   }
 
-  std::uint8_t material_of(const Parts<Interval>& parts, const LegPlace& place, const Leg& leg,
-                           ReliefHere& relief) const {
+  std::uint8_t material_of(const Parts<Interval>& parts, const LegPlace& place,
+                           const LegShape& shape, ReliefHere& relief) const {
     if (relief.radius > 0) return sandstone;
     const bool is_floor = parts[floor_part].low > std::max(parts[wall].low, parts[ceiling].low);
     if (is_floor)
-      return holds_water(leg) && dry_floor(place, leg, relief).low < water_level_ ? water : gravel;
+      return holds_water(shape.leg) && dry_floor(place, shape, relief).low < water_level_ ? water
+                                                                                          : gravel;
     if (is_wet(relief.place)) return wet_sandstone;
     return parts[ceiling].low > parts[wall].low ? bedded_sandstone : sandstone;
   }

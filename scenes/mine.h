@@ -41,8 +41,9 @@ struct Drift {
   Side side = Side::left;  // of that drift
   double length = 10;      // from that drift's wall to the face
   double width = 10;
-  double height = 6;  // floor to ceiling in the middle
-  double arch = 0;    // how much lower the ceiling is at the walls
+  double height = 6;       // floor to ceiling in the middle
+  double arch = 0;         // how much lower the ceiling is at the walls
+  double cross_slope = 0;  // floor and ceiling rise to the left by this
   End start = End::rock;
   End end = End::rock;
 };
@@ -58,6 +59,8 @@ void fields(Drift& o, Visitor&& field) {
   field("width", o.width, between(1, 50), "m", "wall to wall");
   field("height", o.height, between(1, 30), "m", "floor to ceiling in the middle");
   field("arch", o.arch, between(0, 15), "m", "how much lower the ceiling is at the walls");
+  field("cross-slope", o.cross_slope, between(-0.3, 0.3), "",
+        "by how much floor and ceiling rise to the left");
   field("start", o.start, "the face at the first point; never of a drift that leaves another");
   field("end", o.end, "the face at the last point");
 }

@@ -106,10 +106,8 @@ Mine kvarntorp_loop() {
   mine.drifts["north-east"] = {.line = {{68, 24, 0}, {110, 23.5, 0}, {148, 24, 0}}};
   mine.drifts["link-west"] = {.line = {{0, -5, 0}, {0, 26, 0}}};
   mine.drifts["link-east"] = {.line = {{143, -5, 0}, {143, 29, 0}}, .end = End::concrete};
-  for (const int i : {1, 2}) {
-    const double x = 48.0 * i;
-    mine.drifts["link-" + std::to_string(i)] = {.line = {{x, 0, 0}, {x, 22, 0}}, .width = 8};
-  }
+  mine.drifts["link-1"] = {.line = {{48, 0, 0}, {48, 22, 0}}, .width = 8};
+  mine.drifts["link-2"] = {.line = {{96, 0, 0}, {96, 22, 0}}, .width = 8};
   mine.drifts["passage-south-1"] = {
       .off = "south", .at = 35, .side = Side::right, .length = 10, .width = 8};
   mine.drifts["passage-south-2"] = {

@@ -117,10 +117,10 @@ void furnish(Mine& mine, const std::string& name, const Drift& drift,
     const double leg = (drift.line[i + 1] - drift.line[i]).head<2>().norm();
     // Between the walls of the rows at both ends, with a metre to spare.
     const double from = at + o.width / 2 + o.jitter + 1, to = at + leg - o.width / 2 - o.jitter - 1;
-    const std::string part = "-" + std::to_string(i);
+    const std::string part = std::to_string(i);
     if (to > from) {
-      put("lights" + part, {.kind = "light", .from = (from + to) / 2, .to = (from + to) / 2});
-      put("bolts" + part, {.kind = "bolts", .from = from, .to = to, .every = 3});
+      put("lights-" + part, {.kind = "light", .from = (from + to) / 2, .to = (from + to) / 2});
+      put("bolts-" + part, {.kind = "bolts", .from = from, .to = to, .every = 3});
     }
     at += leg;
   }
@@ -162,6 +162,7 @@ Mine room_and_pillar(const RoomAndPillarOptions& o, std::uint64_t seed) {
       return lattice_uniform(line, k, (row ? 0 : 2) + side, stub_seed) < o.dead_ends;
     };
     Drift drift = plain;
+    if (!row) drift.cross_slope = -o.dip;  // left of a column is where x is less
     int parts = 0;
     const auto finish = [&] {
       if (drift.line.size() > 1)

@@ -507,8 +507,8 @@ TEST(Surfaces, OverbreakIsOutwardsOnASixthOfTheWalls) {
   }
   EXPECT_NEAR(covered / count, 0.161, 0.045);
   EXPECT_LE(deepest, 0.2 + 2.1e-4);  // twice the typical one at most
-  // Typically 0.1 m for a normal weakness, 0.088 m by the noise (its mean excess is 0.46).
-  EXPECT_NEAR(depth / covered, 0.09, 0.01);
+  // What is less deep than 1 cm does not count here: a little more than the mean of all.
+  EXPECT_NEAR(depth / covered, 0.1, 0.012);
 }
 
 // A square metre holds one stone or none, wholly. Its middle is at least a tenth of a metre, half
@@ -604,15 +604,14 @@ TEST(Surfaces, PuddlesAreFlatOnTheStatedShareOfTheFloor) {
       if (inside[v] == 0) continue;
       const double above = mesh.vertices[v].z() - level;
       ++(std::abs(above) < 1e-6 ? flat : shore);
-      EXPECT_LT(above, 0.01);
+      EXPECT_LT(above, 1e-3);
     }
     for (const Eigen::Vector3f& v : mesh.vertices) ASSERT_GT(v.z(), level - 1e-6);
   }
   EXPECT_NEAR(wet / all, 0.1, 0.048);
-  // Relief is a function of space: near a shore the lattice point above the water may be dry, and
-  // what is interpolated from it lies millimetres too high.
+  // A vertex on a level edge of the lattice lies on the shore: some tenths of a millimetre higher.
   EXPECT_GT(flat, 1000U);
-  EXPECT_LT(static_cast<double>(shore), 0.1 * static_cast<double>(flat));
+  EXPECT_LT(static_cast<double>(shore), 0.02 * static_cast<double>(flat));
 }
 
 // Patches of about 3 m, on lattices of 1.2 m: 500 independent places on walls and ceiling of 60 m
