@@ -35,7 +35,9 @@ constexpr double chord = 1;  // metres, about
 }
 
 std::string point_text(const Eigen::Vector3d& p) {
-  return "(" + number_text(p.x()) + ", " + number_text(p.y()) + ", " + number_text(p.z()) + ")";
+  std::string text = "(";
+  text.append(number_text(p.x())).append(", ").append(number_text(p.y()));
+  return text.append(", ").append(number_text(p.z())).append(")");
 }
 
 /// Between points[i] and points[i + 1] of a centripetal Catmull-Rom spline (Barry and Goldman 1988;
