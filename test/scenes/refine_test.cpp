@@ -274,9 +274,10 @@ std::size_t turned_over(const TriangleMesh& mesh, const ImplicitSurface& surface
 TEST(Refined, ShowsTheFinerReliefOfAMine) {
   const double edge = 0.1, range = 2;
   Mine mine;
-  mine.drifts = {{.from = {-5, 0}, .to = {5, 0}, .width = 4, .height = 3}};
-  mine.rock.bedding_step = 0;  // steps have no slope to compare with
-  const auto surface = [&](double length) { return surface_of(mine, 1, 2 * length); };
+  mine.drifts["main"] = {.line = {{-5, 0, 0}, {5, 0, 0}}, .width = 4, .height = 3};
+  // Steps have no slope to compare with.
+  mine.rock.bedding_step = mine.rock.half_cast_spacing = mine.rock.rock_density = 0;
+  const auto surface = [&](double length) { return surface_of(mine, 1, length); };
   const std::vector<Eigen::Vector3d> places = {{0, 0, 1.5}};
   const TriangleMesh mesh =
       refined(contour(surface(edge), edge), surface, edge, places, {.range = range, .levels = 3});
@@ -320,12 +321,12 @@ TEST(Refined, TurnsNoTriangleOver) {
   EXPECT_EQ(turned, 0U);
 }
 
-TEST(Refined, StaysAClosedManifoldInAMineWithBeddingAndFixtures) {
+TEST(Refined, StaysAClosedManifoldInAMineWithBeddingAndConcrete) {
   const double edge = 0.1;
   Mine mine;
-  mine.drifts = {{.from = {-5, 0}, .to = {5, 0}, .width = 4, .height = 3, .end_to = End::concrete}};
-  mine.fixtures = {{.centre = {0, 0}, .bottom = 2.7}};
-  const auto surface = [&](double length) { return surface_of(mine, 2, 2 * length); };
+  mine.drifts["main"] = {
+      .line = {{-5, 0, 0}, {5, 0, 0}}, .width = 4, .height = 3, .end = End::concrete};
+  const auto surface = [&](double length) { return surface_of(mine, 2, length); };
   const std::vector<Eigen::Vector3d> places = {{0, 0, 2}, {4, 0, 1}};
   expect_closed(
       refined(contour(surface(edge), edge), surface, edge, places, {.range = 1.5, .levels = 3}));
