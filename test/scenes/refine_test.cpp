@@ -275,8 +275,11 @@ TEST(Refined, ShowsTheFinerReliefOfAMine) {
   const double edge = 0.1, range = 2;
   Mine mine;
   mine.drifts["main"] = {.line = {{-5, 0, 0}, {5, 0, 0}}, .width = 4, .height = 3};
-  // Steps have no slope to compare with.
+  // Steps have no slope to compare with; short rough waves and breaks between rounds overhang here
+  // and there.
+  mine.rock.wall.fine_below = mine.rock.ceiling.fine_below = 0;
   mine.rock.bedding_step = mine.rock.half_cast_spacing = mine.rock.rock_density = 0;
+  mine.rock.look_out = mine.rock.overbreak = 0;
   const auto surface = [&](double length) { return surface_of(mine, 1, length); };
   const std::vector<Eigen::Vector3d> places = {{0, 0, 1.5}};
   const TriangleMesh mesh =
