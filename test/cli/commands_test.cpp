@@ -118,7 +118,7 @@ const char* small_mine =
     "pillars:\n"
     "  p: {at: [14 0], length: 2, width: 1}\n"
     "things:\n"
-    "  lights: {kind: light, drift: main, from: 4, to: 12, every: 8}\n"
+    "  lights: {kind: light, drift: main, from: 4, to: 9, every: 5}\n"
     "wall-rms: 0.05\n"
     "floor-class: C\n";
 

@@ -148,8 +148,12 @@ TEST(PlanPicture, ShowsFloorAndThingsWhereTheyAre) {
        {std::pair{274, 124}, std::pair{373, 124}, std::pair{274, 223}, std::pair{373, 223}})
     EXPECT_EQ(at(p, x, y), thing) << x << ", " << y;
   for (const auto& [x, y] :
-       {std::pair{273, 124}, std::pair{374, 124}, std::pair{274, 123}, std::pair{373, 224}})
+       {std::pair{272, 124}, std::pair{375, 124}, std::pair{274, 122}, std::pair{373, 225}})
     EXPECT_EQ(at(p, x, y), floor) << x << ", " << y;
+  // One pixel of shadow at its foot, so that flat faces of one material can be told apart.
+  for (const auto& [x, y] :
+       {std::pair{273, 124}, std::pair{374, 124}, std::pair{274, 123}, std::pair{373, 224}})
+    EXPECT_NEAR(brightness(at(p, x, y)), 0.55 * brightness(floor), 2) << x << ", " << y;
 }
 
 TEST(PlanPicture, LeavesRockBetweenRoomsDarkWithADarkerOutline) {
