@@ -35,13 +35,18 @@ Item item(const Row& row) {
   return {row.name, row.description};
 }
 
+// Keys that add a part to a scene, for any NAME that the user chooses.
+const Settings named_parts = {{"drifts.NAME.line", ""}, {"pillars.NAME.at", ""},
+                              {"things.NAME.kind", ""}, {"parts.NAME.file", ""},
+                              {"groups.NAME", ""},      {"materials.NAME.reflectance", ""}};
+
 // One row per thing that `minescan list` can show.
 const Listing listings[] = {
     {"scenes",
      [] {
        std::vector<Item> items;
        for (const SceneKind& row : scenes())
-         items.push_back({row.name, row.description, row.fields({})});
+         items.push_back({row.name, row.description, row.fields(named_parts)});
        return items;
      }},
     {"scanners",

@@ -109,26 +109,15 @@ struct RockOptions {
 
 template <class Visitor>
 void fields(RockOptions& o, Visitor&& field) {
-  const Range rms = between(0, 0.5);
-  const Range hurst = above_up_to(0, 1);
   const Range wavelength = between(0.005, 100);
-  field("wall-rms", o.wall.rms, rms, "m", "relief of the walls, RMS over its band of wavelengths");
-  field("wall-hurst", o.wall.hurst, hurst, "", "Hurst exponent of the walls' longer waves");
-  field("wall-fine-hurst", o.wall.fine_hurst, hurst, "", "and of the shorter ones");
-  field("wall-fine-below", o.wall.fine_below, between(0, 100), "m", "where these begin");
-  field("wall-inner", o.wall.inner, wavelength, "m", "shortest wavelength of the walls' relief");
-  field("wall-outer", o.wall.outer, wavelength, "m", "longest wavelength of the walls' relief");
-  field("ceiling-rms", o.ceiling.rms, rms, "m", "relief of the ceiling, without its bedding steps");
-  field("ceiling-hurst", o.ceiling.hurst, hurst, "", "Hurst exponent of its longer waves");
-  field("ceiling-fine-hurst", o.ceiling.fine_hurst, hurst, "", "and of the shorter ones");
-  field("ceiling-fine-below", o.ceiling.fine_below, between(0, 100), "m", "where these begin");
-  field("ceiling-inner", o.ceiling.inner, wavelength, "m", "shortest wavelength of the ceiling");
-  field("ceiling-outer", o.ceiling.outer, wavelength, "m", "longest wavelength of the ceiling");
-  field("concrete-rms", o.concrete.rms, rms, "m", "relief of concrete faces, 0.05 to 2 m long");
+  fields(o.wall, under("wall-", field));
+  fields(o.ceiling, under("ceiling-", field));
+  fields(o.concrete, under("concrete-", field));
   field("floor-class", o.floor_class, "roughness of the floor by ISO 8608; gravel roads: D, E");
   field("floor-inner", o.floor_inner, wavelength, "m", "shortest wavelength of the floor");
   field("floor-outer", o.floor_outer, wavelength, "m", "longest wavelength of the floor");
-  field("bedding-step", o.bedding_step, rms, "m", "height of a bedding step of the ceiling");
+  field("bedding-step", o.bedding_step, between(0, 0.5), "m",
+        "height of a bedding step of the ceiling");
   field("bedding-plate", o.bedding_plate, between(0.2, 50), "m",
         "size of the plates between steps");
   field("overbreak", o.overbreak, between(0, 0.2), "m",

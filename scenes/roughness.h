@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/fields.h"
 #include "scenes/implicit.h"
 
 namespace minescan {
@@ -24,6 +25,18 @@ struct ReliefBand {
   double fine_hurst = 0.75;
   double fine_below = 0;  // metres; 0: one exponent for all
 };
+
+template <class Visitor>
+void fields(ReliefBand& o, Visitor&& field) {
+  const Range hurst = above_up_to(0, 1);
+  const Range wavelength = between(0.005, 100);
+  field("rms", o.rms, between(0, 0.5), "m", "relief, RMS of all its wavelengths");
+  field("hurst", o.hurst, hurst, "", "Hurst exponent of its longer waves");
+  field("fine-hurst", o.fine_hurst, hurst, "", "and of the shorter ones");
+  field("fine-below", o.fine_below, between(0, 100), "m", "where these begin; 0: nowhere");
+  field("inner", o.inner, wavelength, "m", "shortest wavelength");
+  field("outer", o.outer, wavelength, "m", "longest wavelength");
+}
 
 /// What a mesh does not show of a relief.
 struct FineRelief {
