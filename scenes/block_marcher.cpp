@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bitset>
+#include <cassert>
 #include <cfloat>
 #include <cmath>
 #include <limits>
@@ -24,9 +25,10 @@ constexpr double least_margin = 1e-3;
 // ... and at least this many steps of a float.
 constexpr double margin_steps = 8;
 
-// Points of a block and two more to each side: where the vertex inside of a cell beyond a face lies
-// depends on that cell's neighbours.
-constexpr int more_points = 2;
+// Points of a block and more to each side: what a cell joins depends on its neighbours, and on what
+// these join. From a cell of the block to the one beyond a face, to an empty one there, to another
+// cell with an exit to it, to the one that this wants, and to another one that wants that.
+constexpr int more_points = 5;
 constexpr int known_points = block_size + 1 + 2 * more_points;
 constexpr int block_points = block_size + 1;
 constexpr std::size_t points_of_block = block_points * block_points * block_points;
@@ -34,13 +36,15 @@ constexpr std::uint32_t no_vertex = ~0U;
 
 std::size_t index_of(const Eigen::Vector3i& p) {
   const Eigen::Vector3i q = p + Eigen::Vector3i::Constant(more_points);
+  assert(q.minCoeff() >= 0 && q.maxCoeff() < known_points);
   return static_cast<std::size_t>((q.z() * known_points + q.y()) * known_points + q.x());
 }
 
-/// Names the vertex on an edge of the lattice, by its lower end and its axis, or with
-/// first_inside + i the one that the i-th loop of a cell has inside.
-constexpr int first_inside = 3;
-constexpr int codes_per_point = first_inside + 4;  // the most loops of any case
+/// Names the vertex on an edge of the lattice, by its lower end and its axis; with `inside` the one
+/// inside of a cell, by its low corner, and with in_face + axis the one in the cell's lower face.
+constexpr int inside = 3;
+constexpr int in_face = 4;
+constexpr int codes_per_point = 7;
 std::uint32_t code_of(const Eigen::Vector3i& p, int kind) {
   return static_cast<std::uint32_t>(codes_per_point * index_of(p)) +
          static_cast<std::uint32_t>(kind);
@@ -77,23 +81,43 @@ CubeFace common_face(int edge_a, int edge_b) {
   return {};  // not reached: diagonals are inside, steps of a loop within faces
 }
 
-/// An edge of a cube as the cube beyond one of its faces calls it.
-int across(int edge, int axis) {
-  const int from = cube_edge_ends()[edge].from ^ 1 << axis;
-  int same = 4 * (edge / 4);
-  while (cube_edge_ends()[same].from != from) ++same;
-  return same;
+/// How many lines cross a face of a cube: 0 to 2.
+int lines_in_face(int open_corners, const CubeFace& face) {
+  const int corners = corners_in_face(face.axis, face.side);
+  int ends = 0;
+  for (const CubeEdge& edge : cube_edge_ends())
+    if ((corners >> edge.from & corners >> edge.to & 1) != 0 &&
+        (open_corners >> edge.from & 1) != (open_corners >> edge.to & 1))
+      ++ends;
+  return ends / 2;
 }
 
-/// The loop that runs through a crossed edge.
-int loop_with(int open_corners, int edge) {
-  const MarchingLoops& loops = marching_loops()[open_corners];
-  int index = 0;
-  for (const auto& loop : loops) {
-    if (std::find(loop.begin(), loop.end(), edge) != loop.end()) break;
-    ++index;
+bool is_empty(int open_corners) { return open_corners == 0 || open_corners == 0xff; }
+
+Eigen::Vector3i step_through(const CubeFace& face) {
+  return (face.side == 1 ? 1 : -1) * Eigen::Vector3i::Unit(face.axis);
+}
+
+const std::array<Eigen::Vector3i, 6>& steps() {
+  static const std::array<Eigen::Vector3i, 6> list = {step_through({0, 0}), step_through({0, 1}),
+                                                      step_through({1, 0}), step_through({1, 1}),
+                                                      step_through({2, 0}), step_through({2, 1})};
+  return list;
+}
+
+/// The face of the unit cube through which a line leaves it, from a place inside.
+CubeFace way_out(const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
+  CubeFace face;
+  double first = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0) continue;
+    const int side = d[axis] > 0 ? 1 : 0;
+    const double t = (side - p[axis]) / d[axis];
+    if (t >= first) continue;
+    first = t;
+    face = {axis, side};
   }
-  return index;
+  return face;
 }
 
 /// The place on the line p + t d within a box that is nearest to p, if there is one.
@@ -113,6 +137,13 @@ std::optional<Eigen::Vector3d> moved_into(const Eigen::AlignedBox3d& box, const 
   }
   if (!(low <= high)) return std::nullopt;
   return p + std::clamp(0.0, low, high) * d;
+}
+
+/// The last place within a box on the way from p to q, if there is one; or else the nearest to p.
+Eigen::Vector3d nearest_in(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p,
+                           const Eigen::Vector3d& q) {
+  if (const auto found = moved_into(box, p, q - p)) return *found;
+  return p.cwiseMax(box.min()).cwiseMin(box.max());
 }
 
 /// An exact copy without spare room.
@@ -143,7 +174,9 @@ Patch BlockMarcher::march(const Cell& block) {
   origin_ = low_of(block);
   std::fill(sampled_.begin(), sampled_.end(), std::uint8_t{0});
   std::fill(vertex_of_edge_.begin(), vertex_of_edge_.end(), no_vertex);
-  vertices_inside_.clear();
+  sites_.clear();
+  places_inside_.clear();
+  more_vertices_.clear();
   crossings_.clear();
   tangents_.clear();
   refine(Local::Zero(), block_size);
@@ -193,96 +226,163 @@ void BlockMarcher::march_leaf(const Local& low) {
       }
 }
 
-const std::vector<std::uint8_t>& BlockMarcher::loop_of(const Piece& piece) {
-  return marching_loops()[piece.open][static_cast<std::size_t>(piece.loop)];
-}
-
 void BlockMarcher::march_cell(const Local& cell, int open) {
-  // The table lists the triangles of each loop, two fewer than it has corners, after those of the
-  // loops before.
-  auto triangle = marching_cases()[open].begin();
-  const MarchingLoops& loops = marching_loops()[open];
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    const auto end = triangle + static_cast<std::ptrdiff_t>(loops[i].size()) - 2;
-    const Piece piece = {cell, open, static_cast<int>(i)};
-    if (has_sharp_edge(piece)) {
-      march_sharp(piece);
-      triangle = end;
+  if (const std::optional<Region> region = region_of(cell)) return march_region(cell, *region);
+  for (const auto& triangle : marching_cases()[open]) {
+    std::array<std::uint32_t, 3> corners = {};
+    std::array<std::uint8_t, 3> materials = {};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int axis = triangle[c] / 4;
+      const Local from = lower_end(cell, triangle[c]);
+      corners[c] = vertex(from, axis);
+      materials[c] = material(from, axis);
     }
-    for (; triangle != end; ++triangle) {
-      std::array<std::uint32_t, 3> corners = {};
-      std::array<std::uint8_t, 3> materials = {};
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int axis = (*triangle)[c] / 4;
-        const Local from = lower_end(cell, (*triangle)[c]);
-        corners[c] = vertex(from, axis);
-        materials[c] = material(from, axis);
+    // The material of most corners.
+    add_triangle(corners[0], corners[1], corners[2],
+                 materials[1] == materials[2] ? materials[1] : materials[0]);
+  }
+}
+
+/// A cell's part of its region's fan.
+void BlockMarcher::march_region(const Local& cell, const Region& region) {
+  const Step to_other = cell == region.cell ? region.to_other : Step(-region.to_other);
+  const std::uint32_t middle = vertex_inside(region);
+  for (const auto& loop : marching_loops()[site(cell).open])
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const int edge_a = loop[i], edge_b = loop[(i + 1) % loop.size()];
+      if (step_through(common_face(edge_a, edge_b)) == to_other) continue;
+      const std::uint32_t a = vertex(lower_end(cell, edge_a), edge_a / 4);
+      const std::uint32_t b = vertex(lower_end(cell, edge_b), edge_b / 4);
+      const std::uint8_t material_a = crossing_of(cell, edge_a).material;
+      if (const std::optional<std::uint32_t> bend = vertex_in_face(cell, edge_a, edge_b)) {
+        add_triangle(a, *bend, middle, material_a);
+        add_triangle(*bend, b, middle, crossing_of(cell, edge_b).material);
+      } else {
+        add_triangle(a, b, middle, material_a);
       }
-      // The material of most corners.
-      add_triangle(corners[0], corners[1], corners[2],
-                   materials[1] == materials[2] ? materials[1] : materials[0]);
     }
-  }
 }
 
-/// Whether a piece of surface is of several faces: then it gets a vertex inside the cell.
-bool BlockMarcher::has_sharp_edge(const Piece& piece) {
-  const std::uint8_t first = sample(piece.cell).face;
-  bool all_equal = true;
+/// Whether different faces are nearest to a cell's corners.
+bool BlockMarcher::is_mixed(const Local& cell) {
+  const std::uint8_t first = sample(cell).face;
   for (int corner = 1; corner < cube_corners; ++corner)
-    if (sample(corner_of(piece.cell, corner)).face != first) all_equal = false;
-  if (all_equal) return false;  // almost everywhere
+    if (sample(corner_of(cell, corner)).face != first) return true;
+  return false;
+}
+
+const BlockMarcher::Site& BlockMarcher::site(const Local& cell) {
+  const auto [known, is_new] = sites_.try_emplace(code_of(cell, inside));
+  Site& result = known->second;
+  if (!is_new) return result;
+  for (int corner = 0; corner < cube_corners; ++corner)
+    if (sample(corner_of(cell, corner)).value < 0) result.open |= 1 << corner;
+  const MarchingLoops& loops = marching_loops()[result.open];
+  if (loops.size() != 1 || !is_mixed(cell)) return result;
   std::bitset<256> faces;
-  for (const int edge : loop_of(piece)) faces.set(crossing_of(piece.cell, edge).face);
-  return faces.count() >= 2;
+  for (const int edge : loops.front()) faces.set(crossing_of(cell, edge).face);
+  result.is_sharp = faces.count() >= 2;
+  if (result.is_sharp) look_for_edge(cell, result);
+  return result;
 }
 
-/// A fan about the vertex inside. Where a sharp edge leaves the cell between two vertices, their
-/// edge is replaced by the one between the vertices inside both cells there; of the two triangles
-/// of that quadrilateral this cell makes the one at its loop's first vertex, the other cell the
-/// other.
-void BlockMarcher::march_sharp(const Piece& piece) {
-  const std::vector<std::uint8_t>& loop = loop_of(piece);
-  const std::uint32_t middle = vertex_inside(piece);
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const int next_edge = loop[(i + 1) % loop.size()];
-    const std::uint32_t a = vertex(lower_end(piece.cell, loop[i]), loop[i] / 4);
-    const std::uint32_t b = vertex(lower_end(piece.cell, next_edge), next_edge / 4);
-    std::uint32_t next = b;
-    if (const std::optional<Piece> other = across_sharp_edge(piece, loop[i], next_edge)) {
-      const std::uint32_t beyond = vertex_inside(*other);
-      if (has_area(a, beyond, middle) && has_area(b, beyond, middle)) next = beyond;
+/// Where the sharp edge goes from here, or where it is instead.
+void BlockMarcher::look_for_edge(const Local& cell, Site& site) {
+  const Feature feature = feature_of({cell});
+  if (feature.rank == 1) return;
+  if (const auto here = moved_into(box_of({cell}), feature.place, feature.along)) {
+    if (feature.rank != 2) return;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const CubeFace face =
+          way_out(*here, i == 0 ? feature.along : Eigen::Vector3d(-feature.along));
+      if (lines_in_face(site.open, face) == 0) site.exits[i] = step_through(face);
     }
-    add_triangle(a, next, middle, crossing_of(piece.cell, loop[i]).material);
+    return;
+  }
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Step& step : steps()) {
+    const auto there = moved_into(box_of({cell, step}), feature.place, feature.along);
+    if (!there) continue;
+    const double distance = (*there - feature.place).norm();
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    site.wanted = step;
   }
 }
 
-/// The piece of surface in the next cell to which a sharp edge runs between two vertices of a
-/// loop, if one does. The same from both sides: faces belong to vertices, and where they differ,
-/// both pieces have vertices inside.
-std::optional<BlockMarcher::Piece> BlockMarcher::across_sharp_edge(const Piece& piece, int edge_a,
-                                                                   int edge_b) {
-  if (crossing_of(piece.cell, edge_a).face == crossing_of(piece.cell, edge_b).face)
-    return std::nullopt;
-  const CubeFace face = common_face(edge_a, edge_b);
-  Piece other;
-  other.cell = piece.cell;
-  other.cell[face.axis] += face.side == 1 ? 1 : -1;
-  other.open = open_corners(other.cell);
-  other.loop = loop_with(other.open, across(edge_a, face.axis));
-  // Two lines may cross the face between the cells, and be in one loop on either side: two edges
-  // would join the same vertices.
-  const int corners = corners_in_face(face.axis, face.side);
-  for (int edge = 0; edge < cube_edges; ++edge) {
-    const CubeEdge ends = cube_edge_ends()[edge];
-    const bool in_face = (corners >> ends.from & corners >> ends.to & 1) != 0;
-    const bool crossed = (piece.open >> ends.from & 1) != (piece.open >> ends.to & 1);
-    if (in_face && crossed && edge != edge_a && edge != edge_b &&
-        loop_with(piece.open, edge) == piece.loop &&
-        loop_with(other.open, across(edge, face.axis)) == other.loop)
-      return std::nullopt;
+/// Whether the surface in two cells together is cut by their outer faces along one loop.
+bool BlockMarcher::makes_one_loop(const Local& cell, const Step& step) {
+  using Line = std::pair<std::uint32_t, std::uint32_t>;
+  std::vector<Line> lines;
+  for (const auto& [part, to_other] :
+       {std::pair(cell, step), std::pair(Local(cell + step), Step(-step))})
+    for (const auto& loop : marching_loops()[site(part).open])
+      for (std::size_t i = 0; i < loop.size(); ++i) {
+        const int edge_a = loop[i], edge_b = loop[(i + 1) % loop.size()];
+        if (step_through(common_face(edge_a, edge_b)) == to_other) continue;
+        lines.emplace_back(code_of(lower_end(part, edge_a), edge_a / 4),
+                           code_of(lower_end(part, edge_b), edge_b / 4));
+      }
+  std::sort(lines.begin(), lines.end());
+  std::size_t length = 1;
+  for (Line line = lines.front(); line.second != lines.front().first; ++length)
+    line = *std::lower_bound(lines.begin(), lines.end(), Line(line.second, 0));
+  return length == lines.size();
+}
+
+/// Whether a cell joins the neighbour that it wants. That one may want this one but no third, and
+/// of several that want it the first has it.
+bool BlockMarcher::joins(const Local& cell, const Step& step) {
+  if (step == Step::Zero() || site(cell).wanted != step) return false;
+  const Local other = cell + step;
+  const Site& there = site(other);
+  if (there.wanted != Step::Zero() && there.wanted != -step) return false;
+  if (!is_empty(there.open) && !(is_mixed(other) && makes_one_loop(cell, step))) return false;
+  for (const Step& back : steps()) {
+    if (back == -step) break;
+    if (site(other + back).wanted == -back) return false;
   }
-  return other;
+  return true;
+}
+
+BlockMarcher::Step BlockMarcher::joined_with(const Local& cell) {
+  if (const Step wanted = site(cell).wanted; joins(cell, wanted)) return wanted;
+  for (const Step& step : steps())
+    if (joins(cell + step, -step)) return step;
+  return Step::Zero();
+}
+
+/// Whether a cell that has not joined another one takes in the empty one to which its edge goes, so
+/// that the edge can go on from there. Of several such cells only the first may.
+bool BlockMarcher::annexes(const Local& cell, const Step& step) {
+  if (step == Step::Zero() || !is_empty(site(cell + step).open)) return false;
+  bool is_first = true;
+  for (const Step& back : steps()) {
+    if (back == -step) {
+      is_first = false;
+      continue;
+    }
+    const Local third = cell + step + back;
+    const Site& there = site(third);
+    if (there.wanted == -back) return false;
+    const bool goes_there = there.exits[0] == -back || there.exits[1] == -back;
+    if (is_first && goes_there && joined_with(third) == Step::Zero()) return false;
+  }
+  return true;
+}
+
+/// The region of a cell with surface, if it is at a sharp edge.
+std::optional<BlockMarcher::Region> BlockMarcher::region_of(const Local& cell) {
+  if (!is_mixed(cell)) return std::nullopt;  // almost everywhere
+  const Step other = joined_with(cell);
+  if (other != Step::Zero()) {
+    const bool is_first = is_empty(site(cell + other).open) || other.sum() > 0;
+    return is_first ? Region{cell, other} : Region{cell + other, -other};
+  }
+  if (!site(cell).is_sharp) return std::nullopt;
+  for (const Step& exit : site(cell).exits)
+    if (annexes(cell, exit)) return Region{cell, exit};
+  return Region{cell};
 }
 
 const ImplicitSurface::Sample& BlockMarcher::sample(const Local& p) {
@@ -290,13 +390,6 @@ const ImplicitSurface::Sample& BlockMarcher::sample(const Local& p) {
   if (sampled_[i] == 0) samples_[i] = surface_.at(point(p));
   sampled_[i] = 1;
   return samples_[i];
-}
-
-int BlockMarcher::open_corners(const Local& cell) {
-  int open = 0;
-  for (int corner = 0; corner < cube_corners; ++corner)
-    if (sample(corner_of(cell, corner)).value < 0) open |= 1 << corner;
-  return open;
 }
 
 /// That of the end nearer to the surface.
@@ -390,32 +483,43 @@ const BlockMarcher::Tangent& BlockMarcher::tangent(const Local& from, int axis) 
   return result;
 }
 
-/// The place nearest to the planes of a cell's crossings: on the sharp edge between two faces, at
-/// the tip where three meet.
-Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
-  const std::vector<std::uint8_t>& loop = loop_of(piece);
-  const Eigen::Vector3d corner = point(piece.cell);
-  // From the corner, in edges.
+/// Where the planes of all crossings in a region meet: on the sharp edge between two faces, at the
+/// tip of three.
+BlockMarcher::Feature BlockMarcher::feature_of(const Region& region) {
+  std::vector<std::pair<Local, int>> crossings;
+  const auto add_crossings = [&](const Local& cell) {
+    for (const auto& loop : marching_loops()[site(cell).open])
+      for (const int edge : loop) crossings.emplace_back(lower_end(cell, edge), edge / 4);
+  };
+  add_crossings(region.cell);
+  if (region.to_other != Step::Zero()) add_crossings(region.cell + region.to_other);
+
+  const Eigen::Vector3d corner = point(region.cell);
+  const auto in_edges = [&](const auto& at) -> Eigen::Vector3d {
+    return (crossing(at.first, at.second).place - corner) / edge_;
+  };
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int edge : loop)
-    mean +=
-        (crossing_of(piece.cell, edge).place - corner) / (edge_ * static_cast<double>(loop.size()));
+  for (const auto& at : crossings) mean += in_edges(at) / static_cast<double>(crossings.size());
   // One plane for each face, the mean of its tangents: so a flat face stays flat where it meets a
   // bent or rough one, and two faces meet in a line whatever their bends.
   struct Plane {
     std::uint8_t face = 0;
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double offset = 0;
+    Eigen::Vector3d places = Eigen::Vector3d::Zero();
+    int count = 0;
   };
   std::vector<Plane> planes;
-  for (const int edge : loop) {
-    const std::uint8_t face = crossing_of(piece.cell, edge).face;
+  for (const auto& at : crossings) {
+    const std::uint8_t face = crossing(at.first, at.second).face;
     auto plane = std::find_if(planes.begin(), planes.end(),
                               [&](const Plane& known) { return known.face == face; });
     if (plane == planes.end()) plane = planes.insert(plane, {.face = face});
-    const Tangent& t = tangent(lower_end(piece.cell, edge), edge / 4);
+    const Tangent& t = tangent(at.first, at.second);
     plane->normal += t.normal;
     plane->offset += (t.offset - t.normal.dot(corner)) / edge_ - t.normal.dot(mean);
+    plane->places += in_edges(at);
+    ++plane->count;
   }
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // of the normal equations
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -431,40 +535,39 @@ Eigen::Vector3d BlockMarcher::place_inside(const Piece& piece) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(squares);
   const Eigen::Vector3d values = solver.eigenvalues();  // rising
   const Eigen::Matrix3d axes = solver.eigenvectors();
-  Eigen::Vector3d place = mean;
-  for (int i = 0; i < 3; ++i)
-    if (values[i] > least_square * values[2])
-      place += axes.col(i) * (axes.col(i).dot(right) / values[i]);
+  Feature feature;
+  feature.place = mean;
+  for (int i = 0; i < 3; ++i) {
+    if (!(values[i] > least_square * values[2])) continue;
+    feature.place += axes.col(i) * (axes.col(i).dot(right) / values[i]);
+    ++feature.rank;
+  }
+  if (feature.rank == 2) feature.along = axes.col(0);
+  const Plane& last = *std::max_element(
+      planes.begin(), planes.end(), [](const Plane& a, const Plane& b) { return a.face < b.face; });
+  feature.on_face = last.places / last.count;
+  return feature;
+}
 
-  const double least = margin(corner);
-  Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(least), Eigen::Vector3d::Constant(1 - least));
-  if (box.contains(place)) return corner + edge_ * place;
-  // Along the line it may still reach into the cell. If not, the line runs past the cell, through
-  // one of its lattice edges twice. Then the place may be beyond the faces where no triangle ends:
-  // those that no loop crosses, and those whose triangles are turned.
-  Eigen::AlignedBox3d wide = box;
-  constexpr double reach = 0.5;
-  std::array<std::array<bool, 2>, 3> ends = {};
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const int next = loop[(i + 1) % loop.size()];
-    const CubeFace face = common_face(loop[i], next);
-    if (!across_sharp_edge(piece, loop[i], next)) ends[face.axis][face.side] = true;
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!ends[axis][0]) wide.min()[axis] = -reach;
-    if (!ends[axis][1]) wide.max()[axis] = 1 + reach;
-  }
-  // Face 0 is many faces, rough ones in mines: its mean plane is a guess and no reason to leave the
-  // cell. There triangles would cross those of neighbours.
-  const bool has_rounded =
-      std::any_of(planes.begin(), planes.end(), [](const Plane& plane) { return plane.face == 0; });
-  const bool is_line =
-      values[0] <= least_square * values[2] && values[1] > least_square * values[2];
-  const Eigen::Vector3d line = is_line ? Eigen::Vector3d(axes.col(0)) : Eigen::Vector3d::Zero();
-  for (const Eigen::AlignedBox3d& allowed : {box, has_rounded ? box : wide})
-    if (const std::optional<Eigen::Vector3d> found = moved_into(allowed, place, line))
-      return corner + edge_ * *found;
-  return corner + edge_ * place.cwiseMax(box.min()).cwiseMin(box.max());
+/// Where a region's vertex may be, from the low corner of its first cell, in edges.
+Eigen::AlignedBox3d BlockMarcher::box_of(const Region& region) const {
+  const double least = margin(point(region.cell));
+  const Eigen::Vector3d step = region.to_other.cast<double>();
+  return {step.cwiseMin(0.0) + Eigen::Vector3d::Constant(least),
+          step.cwiseMax(0.0) + Eigen::Vector3d::Constant(1 - least)};
+}
+
+/// On the sharp edge or tip if that is in the region; otherwise as near as one gets on one of the
+/// faces, the last one, since face 0 is rough and others may be flat.
+const Eigen::Vector3f& BlockMarcher::place_inside(const Region& region) {
+  const auto [known, is_new] = places_inside_.try_emplace(code_of(region.cell, inside));
+  if (!is_new) return known->second;
+  const Feature feature = feature_of(region);
+  const Eigen::AlignedBox3d box = box_of(region);
+  std::optional<Eigen::Vector3d> place = moved_into(box, feature.place, feature.along);
+  if (!place) place = nearest_in(box, feature.place, feature.on_face);
+  known->second = (point(region.cell) + edge_ * *place).cast<float>();
+  return known->second;
 }
 
 BlockMarcher::Crossing BlockMarcher::crossing_of(const Local& cell, int edge) {
@@ -479,23 +582,51 @@ std::uint32_t BlockMarcher::vertex(const Local& from, int axis) {
   return known;
 }
 
-std::uint32_t BlockMarcher::vertex_inside(const Piece& piece) {
-  const std::uint32_t code = code_of(piece.cell, first_inside + piece.loop);
-  const auto [known, is_new] = vertices_inside_.try_emplace(code);
-  if (is_new) known->second = add_vertex(piece.cell, code, place_inside(piece));
+std::uint32_t BlockMarcher::vertex_inside(const Region& region) {
+  const std::uint32_t code = code_of(region.cell, inside);
+  const auto [known, is_new] = more_vertices_.try_emplace(code);
+  if (is_new) known->second = add_vertex(region.cell, code, place_inside(region).cast<double>());
   return known->second;
 }
 
-/// Exact: products of differences of floats fit into doubles.
-bool BlockMarcher::has_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  const auto place = [&](std::uint32_t v) -> Eigen::Vector3d {
-    const Eigen::Vector3f& p = (v & Patch::foreign_bit) != 0
-                                   ? patch_.foreign[v & ~Patch::foreign_bit].place
-                                   : patch_.vertices[v];
-    return p.cast<double>();
-  };
-  const Eigen::Vector3d origin = place(a);
-  return ((place(b) - origin).cross(place(c) - origin).array() != 0).any();
+/// Where a sharp edge goes through a face of a cell, between two vertices of a loop; none where
+/// there is no sharp edge. The same from both sides.
+std::optional<std::uint32_t> BlockMarcher::vertex_in_face(const Local& cell, int edge_a,
+                                                          int edge_b) {
+  if (crossing_of(cell, edge_a).face == crossing_of(cell, edge_b).face) return std::nullopt;
+  // Two bent lines in one face might cross each other.
+  const CubeFace face = common_face(edge_a, edge_b);
+  if (lines_in_face(site(cell).open, face) != 1) return std::nullopt;
+  const Local low_cell = face.side == 1 ? cell : Local(cell - Local::Unit(face.axis));
+  const Local high_cell = low_cell + Local::Unit(face.axis);
+  const std::optional<Region> low = region_of(low_cell);
+  const std::optional<Region> high = region_of(high_cell);
+  if (!low || !high) return std::nullopt;
+  const std::uint32_t code = code_of(high_cell, in_face + face.axis);
+  const auto [known, is_new] = more_vertices_.try_emplace(code);
+  if (!is_new) return known->second;
+
+  // Between two regions side by side, it may be in the other half of their common face if there is
+  // nothing else.
+  Region both = {high_cell};
+  const Step beside = high->cell == high_cell ? high->to_other : Step(-high->to_other);
+  if (beside == (low->cell == low_cell ? low->to_other : Step(-low->to_other)) &&
+      lines_in_face(site(high_cell + beside).open, {face.axis, 0}) == 0)
+    both.to_other = beside;
+  Eigen::AlignedBox3d box = box_of(both);
+  box.min()[face.axis] = -1;
+  const Eigen::Vector3d corner = point(high_cell);
+  const Eigen::Vector3d from = place_inside(*low).cast<double>();
+  const Eigen::Vector3d to = place_inside(*high).cast<double>();
+  const double part = (corner[face.axis] - from[face.axis]) / (to[face.axis] - from[face.axis]);
+  const Eigen::Vector3d place = (from + part * (to - from) - corner) / edge_;
+  // On the last face, as in place_inside.
+  const Crossing a = crossing_of(cell, edge_a), b = crossing_of(cell, edge_b);
+  const Eigen::Vector3d& on_face = a.face > b.face ? a.place : b.place;
+  Eigen::Vector3d bend = nearest_in(box, place, (on_face - corner) / edge_);
+  bend[face.axis] = 0;
+  known->second = add_vertex(high_cell, code, corner + edge_ * bend);
+  return known->second;
 }
 
 /// The vertex belongs to the block that holds the lattice point `low`.
@@ -505,7 +636,8 @@ std::uint32_t BlockMarcher::add_vertex(const Local& low, std::uint32_t code,
   bool at_face = false;
   for (int axis = 0; axis < 3; ++axis) {
     step[axis] = low[axis] < 0 ? -1 : low[axis] / block_size;
-    if (low[axis] == 0 || low[axis] == block_size - 1) at_face = true;
+    // Regions that other blocks see are named by a cell at a face or the one before.
+    if (low[axis] == 0 || low[axis] >= block_size - 2) at_face = true;
   }
   if (step != Local::Zero()) {
     Patch::Foreign foreign;
@@ -517,8 +649,7 @@ std::uint32_t BlockMarcher::add_vertex(const Local& low, std::uint32_t code,
   }
   const auto index = static_cast<std::uint32_t>(patch_.vertices.size());
   patch_.vertices.push_back(place.cast<float>());
-  const bool inside = kind_of(code) >= first_inside;
-  if (inside ? at_face : low.minCoeff() == 0) patch_.rim.push_back({code, index});
+  if (kind_of(code) >= inside ? at_face : low.minCoeff() == 0) patch_.rim.push_back({code, index});
   return index;
 }
 

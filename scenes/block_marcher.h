@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Contouring block by block: the lattice, and the triangles within one block of it. Private to
 // contour.cpp.
+//
+// Triangles of a cell keep to the cell, and cells agree on the lines in the faces between them; so
+// triangles of different cells do not cross. Where a cell holds a piece of a sharp edge, its
+// triangles are a fan about a vertex strictly inside. A fan does not cross itself, wherever that
+// vertex is: each ray from it leaves the cell once, and the line around the fan, which lies in the
+// cell's faces, does not cross itself. Two of these lines meet in a face where the sharp edge goes
+// from cell to cell; then a vertex strictly within the face bends both in the same way.
+//
+// Sharp edges also pass beside cells that nevertheless hold both of its sides, where they cut a
+// lattice edge twice and no corner shows it. Such a cell and the one that has the edge join: a
+// region of two cells is as convex as one, and all of the above holds for it. For the same reason
+// an edge may go on through a cell that shows no surface at all; one of its neighbours takes it in.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -79,33 +92,58 @@ class BlockMarcher {
     double offset = 0;
   };
 
-  /// What one closed line around a cell bounds, see marching_loops.
-  struct Piece {
-    Local cell = Local::Zero();
-    int open = 0;  // the cell's corners in the open space, as bits
-    int loop = 0;
+  using Step = Local;  // from a cell to one of its six neighbours, or zero
+
+  /// What a cell has to do with sharp edges.
+  struct Site {
+    int open = 0;           // its corners in the open space, as bits
+    bool is_sharp = false;  // it holds one piece of surface, of several faces
+    /// The neighbour through which their common edge or tip goes, if it does not go through this
+    /// cell.
+    Step wanted = Step::Zero();
+    /// The neighbours to which the edge goes from here through faces that no surface cuts.
+    std::array<Step, 2> exits = {Step::Zero(), Step::Zero()};
   };
-  static const std::vector<std::uint8_t>& loop_of(const Piece& piece);
+  /// One cell or two with one vertex inside. Named by a cell with surface in it.
+  struct Region {
+    Local cell = Local::Zero();
+    Step to_other = Step::Zero();  // zero: alone
+  };
+  /// The planes of the faces in a region, in edges from the low corner of its first cell.
+  struct Feature {
+    int rank = 0;                                       // they meet in a plane, a line or a point
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();    // there, nearest to the crossings
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();    // the line; zero for planes and points
+    Eigen::Vector3d on_face = Eigen::Vector3d::Zero();  // middle of one face's crossings
+  };
 
   void refine(const Local& low, int size);
   void march_leaf(const Local& low);
   void march_cell(const Local& cell, int open);
-  bool has_sharp_edge(const Piece& piece);
-  void march_sharp(const Piece& piece);
-  std::optional<Piece> across_sharp_edge(const Piece& piece, int edge_a, int edge_b);
+  void march_region(const Local& cell, const Region& region);
+
+  bool is_mixed(const Local& cell);
+  const Site& site(const Local& cell);
+  void look_for_edge(const Local& cell, Site& site);
+  bool makes_one_loop(const Local& cell, const Step& step);
+  bool joins(const Local& cell, const Step& step);
+  Step joined_with(const Local& cell);
+  bool annexes(const Local& cell, const Step& step);
+  std::optional<Region> region_of(const Local& cell);
 
   const ImplicitSurface::Sample& sample(const Local& p);
-  int open_corners(const Local& cell);
   std::uint8_t material(const Local& from, int axis);
   Crossing crossing(const Local& from, int axis);
   Crossing crossing_between_faces(const Local& from, int axis);
   const Tangent& tangent(const Local& from, int axis);
   Crossing crossing_of(const Local& cell, int edge);
-  Eigen::Vector3d place_inside(const Piece& piece);
+  Feature feature_of(const Region& region);
+  Eigen::AlignedBox3d box_of(const Region& region) const;
+  const Eigen::Vector3f& place_inside(const Region& region);
 
   std::uint32_t vertex(const Local& from, int axis);
-  std::uint32_t vertex_inside(const Piece& piece);
-  bool has_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  std::uint32_t vertex_inside(const Region& region);
+  std::optional<std::uint32_t> vertex_in_face(const Local& cell, int edge_a, int edge_b);
   std::uint32_t add_vertex(const Local& low, std::uint32_t code, const Eigen::Vector3d& place);
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint8_t material);
 
@@ -119,7 +157,9 @@ class BlockMarcher {
   std::vector<std::uint8_t> sampled_;
   std::vector<std::uint32_t> vertex_of_edge_;
   // Of the few cells and crossings at sharp edges, by code.
-  std::unordered_map<std::uint32_t, std::uint32_t> vertices_inside_;
+  std::unordered_map<std::uint32_t, Site> sites_;
+  std::unordered_map<std::uint32_t, Eigen::Vector3f> places_inside_;
+  std::unordered_map<std::uint32_t, std::uint32_t> more_vertices_;
   std::unordered_map<std::uint32_t, Crossing> crossings_;
   std::unordered_map<std::uint32_t, Tangent> tangents_;
   Patch patch_;

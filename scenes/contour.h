@@ -24,14 +24,18 @@ double contour_bytes(const ImplicitSurface& surface, double edge_length);
 
 /// The triangles of the surface on a lattice of cubes of side `edge_length`.
 ///
-/// returns  a closed 2-manifold without degenerate triangles whose normals point to negative values
+/// returns  a closed 2-manifold whose triangles have an area, do not cross each other, and have
+///          normals that point to negative values
 /// throws   std::invalid_argument if edge_length is not a positive number or the estimated memory
 ///          is above contour_bytes_limit
 /// cost     O(area / edge_length^2) time and memory if `range` is narrow, whatever the size of the
 ///          bounds; the same bytes for any number of threads
 /// source   Lorensen and Cline 1987; the cases are derived, see marching_cases. Where faces (see
-///          ImplicitSurface) meet, the edge between them is kept sharp: Kobbelt, Botsch, Schwanecke
-///          and Seidel, Feature sensitive surface extraction from volume data, 2001.
+///          ImplicitSurface) meet, the edge between them is kept sharp by vertices on it: after
+///          Kobbelt, Botsch, Schwanecke and Seidel, Feature sensitive surface extraction from
+///          volume data, 2001, but with vertices in the faces of cubes in place of turned edges,
+///          which may fold; see block_marcher.h. Edges that pass between the lattice's points
+///          without a trace, and tips next to these, may be blunt by a part of a cube.
 TriangleMesh contour(const ImplicitSurface& surface, double edge_length);
 
 /// A square of the plan: a whole number of blocks of the lattice, fixed in the world.

@@ -43,19 +43,19 @@ bool share_a_face(int edge_a, int edge_b) {
   return in_all != 0 || in_any != 7;
 }
 
-/// Cuts off ears until a triangle is left; none if each way needs a diagonal within a face.
+/// The triangles of a loop, all at one of its corners; none if each choice needs a diagonal within
+/// a face.
 std::optional<MarchingCase> triangulated(const Loop& loop) {
-  if (loop.size() == 3) return MarchingCase{{loop[0], loop[1], loop[2]}};
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const std::uint8_t before = loop[(i + loop.size() - 1) % loop.size()];
-    const std::uint8_t after = loop[(i + 1) % loop.size()];
-    if (share_a_face(before, after)) continue;
-    Loop rest = loop;
-    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
-    std::optional<MarchingCase> triangles = triangulated(rest);
-    if (!triangles) continue;
-    triangles->push_back({before, loop[i], after});
-    return triangles;
+  const std::size_t size = loop.size();
+  for (std::size_t first = 0; first < size; ++first) {
+    const auto corner = [&](std::size_t i) { return loop[(first + i) % size]; };
+    bool all_inside = true;
+    MarchingCase triangles;
+    for (std::size_t i = 1; i + 1 < size; ++i) {
+      if (i > 1 && share_a_face(corner(0), corner(i))) all_inside = false;
+      triangles.push_back({corner(0), corner(i), corner(i + 1)});
+    }
+    if (all_inside) return triangles;
   }
   return std::nullopt;
 }

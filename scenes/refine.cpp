@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -172,28 +173,42 @@ void halve_edges(Parts& mesh, const std::vector<std::uint8_t>& near, double long
   mesh.face = std::move(face);
 }
 
+/// The face of each triangle with a corner near a place: that of the surface at its middle. Beside
+/// a sharp edge, the middle of a triangle that cuts across a bend may seem to be on the other side;
+/// where the material there is not the triangle's own, the face is the usual one of that.
+void find_faces(Parts& mesh, const std::vector<std::uint8_t>& near,
+                const ImplicitSurface& surface) {
+  std::vector<std::uint8_t> is_own(mesh.triangles.size(), 0);
+  each(mesh.triangles.size(), [&](std::size_t i) {
+    const Triangle& t = mesh.triangles[i];
+    if (!any_of_corners(t, near)) return;
+    const Eigen::Vector3f sum = mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]];
+    const ImplicitSurface::Sample here = surface.at(sum.cast<double>() / 3);
+    mesh.face[i] = here.face;
+    is_own[i] = here.material == mesh.material[i];
+  });
+  constexpr std::size_t numbers = 256;
+  std::vector<std::array<std::size_t, numbers>> counts(numbers);  // by material and face
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (is_own[i] != 0) ++counts[mesh.material[i]][mesh.face[i]];
+  each(mesh.triangles.size(), [&](std::size_t i) {
+    if (is_own[i] != 0 || !any_of_corners(mesh.triangles[i], near)) return;
+    const auto& count = counts[mesh.material[i]];
+    const auto most = std::max_element(count.begin(), count.end());
+    if (*most > 0) mesh.face[i] = static_cast<std::uint8_t>(most - count.begin());
+  });
+}
+
 constexpr std::int16_t sharp = -1;
 
 /// The face of the surface on which each vertex lies; `sharp` where triangles of different faces
-/// meet, or of different materials and a face other than 0: beside a sharp edge the middle of a
-/// triangle that cuts across a bend may seem to be of the other face.
+/// meet.
 std::vector<std::int16_t> faces_of_vertices(const Parts& mesh) {
-  struct Seen {
-    std::uint8_t face = 0, material = 0;
-    bool any = false, faces = false, materials = false, numbered = false;
-  };
-  std::vector<Seen> seen(mesh.vertices.size());
+  constexpr std::int16_t unknown = -2;
+  std::vector<std::int16_t> faces(mesh.vertices.size(), unknown);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      Seen& s = seen[v];
-      if (!s.any) s = {.face = mesh.face[t], .material = mesh.material[t], .any = true};
-      s.faces |= s.face != mesh.face[t];
-      s.materials |= s.material != mesh.material[t];
-      s.numbered |= mesh.face[t] != 0;
-    }
-  std::vector<std::int16_t> faces(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    faces[i] = seen[i].faces || (seen[i].materials && seen[i].numbered) ? sharp : seen[i].face;
+    for (const std::uint32_t v : mesh.triangles[t])
+      faces[v] = faces[v] == unknown || faces[v] == mesh.face[t] ? mesh.face[t] : sharp;
   return faces;
 }
 
@@ -406,14 +421,7 @@ TriangleMesh refined(TriangleMesh mesh,
 
     std::vector<std::uint8_t> near = vertices_near(parts.vertices, places, range);
     // Pieces have their triangle's face, and later levels are within the first.
-    if (k == 1)
-      each(parts.triangles.size(), [&](std::size_t i) {
-        const Triangle& t = parts.triangles[i];
-        if (!any_of_corners(t, near)) return;
-        const Eigen::Vector3f sum =
-            parts.vertices[t[0]] + parts.vertices[t[1]] + parts.vertices[t[2]];
-        parts.face[i] = finer.at(sum.cast<double>() / 3).face;
-      });
+    if (k == 1) find_faces(parts, near, finer);
     halve_edges(parts, near, edge);
     near = vertices_near(parts.vertices, places, range);
     each(parts.triangles.size(), [&](std::size_t i) {
