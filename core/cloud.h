@@ -66,8 +66,8 @@ struct Scan {
   std::vector<double> range = {};          // metres, as measured
   std::vector<double> true_range = {};     // metres, along the beam as it really pointed
   std::vector<float> incidence = {};       // radians between beam and surface normal
-  std::vector<Eigen::Vector3f> true_normal =
-      {};                                    // of the triangle, scanner frame, towards the scanner
+  // Of the surface, with relief finer than the triangle; scanner frame, towards the scanner.
+  std::vector<Eigen::Vector3f> true_normal = {};
   std::vector<std::uint32_t> triangle = {};  // index into the scene's triangles
   std::vector<std::uint8_t> material = {};   // index into the scene's materials
   std::vector<std::uint8_t> flags = {};      // of ScanFlag
