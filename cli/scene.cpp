@@ -28,11 +28,17 @@ struct State {
   bool print_config = false, check = false;
 };
 
+// The number that an option gives; errors name the option.
+double number_of(const char* option, const std::string& text, const Range& range, bool whole) {
+  double number = 0;
+  read_named(option, text, [&] { number = read_number(text, range, whole); });
+  return number;
+}
+
 // Asked before the work begins.
 void check_names(const State& state) {
   if (state.out.empty() && state.picture.empty() && state.json.empty())
     throw std::invalid_argument("scene: expected --out, --picture or --json");
-  read_number(state.width, picture_widths, true);
   if (!state.out.empty()) check_mesh_name(state.out);
   if (!state.picture.empty() && std::filesystem::path(state.picture).extension() != ".png")
     throw std::invalid_argument(state.picture + ": expected a name ending in .png");
@@ -50,7 +56,9 @@ int run(const State& state, const Common& common) {
     return exit_done;
   }
   check_names(state);
-  const double decimate_to = state.decimate.empty() ? 1 : read_number(state.decimate, ratio, false);
+  const double decimate_to =
+      state.decimate.empty() ? 1 : number_of("--decimate", state.decimate, ratio, false);
+  const int width = static_cast<int>(number_of("--width", state.width, picture_widths, true));
   const Scene scene = find_scene(config.name).make(config.settings, config.seed);
   TriangleMesh mesh = mesh_of(scene);
   if (decimate_to < 1) mesh = decimated(mesh, decimate_to);
@@ -61,7 +69,8 @@ int run(const State& state, const Common& common) {
                mesh.triangles.size());
   }
   if (!state.json.empty()) {
-    const std::string json = mesh_json(scene, mesh, state.check);
+    // What decimation leaves is not closed by construction.
+    const std::string json = mesh_json(scene, mesh, state.check || decimate_to < 1);
     if (state.json == "-")
       fmt::print("{}", json);
     else
@@ -69,7 +78,6 @@ int run(const State& state, const Common& common) {
   }
   if (!state.picture.empty()) {
     const RayCaster caster(std::move(mesh));
-    const int width = static_cast<int>(read_number(state.width, picture_widths, true));
     const Picture picture =
         stacked(plan_picture(caster, width),
                 inside_picture(caster, scene.T_world_view, view_field, width, width / 2));
