@@ -139,7 +139,6 @@ TEST(KvarntorpLoop, HasTheSizeAndThreePillarsOfItsPlan) {
   // A middle over 5 m scatters by 0.05 m: two walls' relief of 0.07 m each, halved. A line through
   // four of them reaches the crews' place with about that too; 0.07 m for two lines. Four of these.
   EXPECT_NEAR(line_at_met(76, 112) - line_at_met(40, 68), planned, 0.3);
-
 }
 
 // Where a flat face meets rough rock vertices lie within cells, and triangles must not cross there.
