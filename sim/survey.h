@@ -50,8 +50,8 @@ const Survey& find_survey(const std::string& name);
 /// for an unknown scanner or a wrong setting.
 Scanner station_scanner(const Station& station);
 
-/// Throws std::invalid_argument, naming the station, for one that cannot be scanned from or a pair of
-/// stations that are not there.
+/// Throws std::invalid_argument, naming the station, for one that cannot be scanned from or a pair
+/// of stations that are not there.
 void check(const Survey& survey);
 
 /// The scans of all stations, in order, each handed to `take` when it is done and kept no longer.
