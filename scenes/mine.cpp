@@ -21,8 +21,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Overbreak is where a weakness of unit RMS exceeds one; the mean excess there is 0.525 for a
-// normal one. Deeper than this many times the mean, the rock is taken to have held.
+// Overbreak is where a weakness of unit RMS exceeds one: 17 % of a wall, with a mean excess of 0.46
+// for one octave of gradient noise (both found numerically). Deeper than so many times the mean,
+// the rock is taken to have held (assumed).
 constexpr double overbreak_level = 1;
 constexpr double overbreak_mean = 0.46;
 constexpr double overbreak_deepest = 2;
@@ -47,7 +48,7 @@ constexpr double rut_steepness = 0.8578;  // largest slope of exp(-x^2): sqrt(2 
 // Wet patches: about this large (assumed), metres.
 constexpr double wet_patch = 3;
 
-// Water stands on floors flatter than this only.
+// Water stands on floors flatter than this only (assumed).
 constexpr double level_floor = 0.002;
 
 Interval operator-(const Interval& a, const Interval& b) {
@@ -259,9 +260,7 @@ class MineField {
 
   /// Largest displacement of any surface.
   double margin() const {
-    const double hollow =
-        overbreak_deepest * rock_.overbreak + wall_.bound() + rock_.look_out / 2 + half_cast_radius;
-    return std::max({hollow, ceiling_bound(), floor_bound(), concrete_.bound()});
+    return std::max({wall_bound(), ceiling_bound(), floor_bound(), concrete_.bound()});
   }
 
  private:
@@ -564,7 +563,8 @@ class MineField {
   std::vector<PillarShape> pillars_;
 };
 
-// A person's eyes, metres above the floor, and where they stand: a little into the drift.
+// A person's eyes, metres above the floor, and where they stand: a little into the drift
+// (assumed).
 constexpr double eye_height = 1.7;
 constexpr double eye_part = 0.2;
 constexpr double eye_farthest = 15;
@@ -605,8 +605,9 @@ ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_len
       // Half a width to all sides covers the section for any heading.
       const Eigen::Vector2d reach = Eigen::Vector2d::Constant(leg.width / 2);
       const Eigen::Vector2d low = place - reach, high = place + reach;
-      surface.bounds.extend(Eigen::Vector3d(low.x(), low.y(), floor));
-      surface.bounds.extend(Eigen::Vector3d(high.x(), high.y(), floor + leg.height));
+      const double tilt = std::abs(leg.cross_slope) * leg.width / 2;
+      surface.bounds.extend(Eigen::Vector3d(low.x(), low.y(), floor - tilt));
+      surface.bounds.extend(Eigen::Vector3d(high.x(), high.y(), floor + leg.height + tilt));
     }
   }
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(field->margin());

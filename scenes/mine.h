@@ -168,9 +168,8 @@ std::vector<CentreLine> centre_lines(const Mine& mine);
 /// `seed`: relief of wavelengths from two edges up displaces the surface, what is finer goes into
 /// the materials' roughness. All relief belongs to the world, not to the mesh.
 ///
-/// throws  std::invalid_argument for a mine without drifts, a drift that does not name its line,
-/// leaves
-///         itself, or turns back on itself, and for drifts that meet on different levels
+/// throws  std::invalid_argument for a mine without drifts, a drift without a line, that leaves
+///         itself or turns back on itself, and for drifts that meet on different levels
 ImplicitSurface surface_of(const Mine& mine, std::uint64_t seed, double edge_length);
 
 /// The mine as a scene, seen from inside its longest drift.

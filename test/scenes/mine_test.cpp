@@ -102,6 +102,17 @@ TEST(Mine, HasArchesAndSlopes) {
   EXPECT_EQ(s.at({-0.01, 0, 2}).material, sandstone);
 }
 
+// Its lowest and highest corners lie beyond those of a level section.
+TEST(Mine, IsClosedWhereItSlopesAcross) {
+  const Mine mine = one_drift({.line = {{0, 0, 0}, {8, 0, 0}}, .height = 4, .cross_slope = 0.3});
+  const ImplicitSurface s = surface_of(mine, 1, 0.2);
+  EXPECT_TRUE(open_at(s, 4, 4.9, 5.4));
+  EXPECT_FALSE(open_at(s, 4, -4.9, 2.6));
+  EXPECT_LE(s.bounds.min().z(), -1.5);
+  EXPECT_GE(s.bounds.max().z(), 5.5);
+  EXPECT_TRUE(check_mesh(mesh_of(scene_of("slope", mine, {.edge_length = 0.2}, 1))).closed());
+}
+
 TEST(Mine, FollowsASplineThroughItsPoints) {
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {10, 3, 0}, {22, 0, 1}, {30, -8, 1}};
   Mine mine = one_drift({.line = points, .course = Course::spline, .width = 4});
