@@ -45,18 +45,23 @@ enum ScanFlag : std::uint8_t {
   flag_none = 0,
   flag_mixed_pixel = 1,  // the beam's footprint met more than one surface
   flag_wrapped = 2,      // beyond the ambiguity interval: the range is short by a multiple of it
-  flag_outlier = 4,      // the signal was too weak: the range has little to do with the surface
+  flag_outlier = 4,      // a wrong period of a tone: the range has little to do with the surface
+  flag_saturated = 8,    // the signal was stronger than the receiver takes
 };
 
-/// What one scanner saw from one place, with the exact truth beside every measured point.
-/// The per-point arrays have as many entries as cloud.points, in the order of time. Beams without
-/// return are not listed.
+/// What one scanner saw, with the exact truth beside every measured point. The per-point arrays have
+/// as many entries as cloud.points, plane by plane and beam by beam. Beams without return are not
+/// listed; a beam with several returns is listed once for each, by range.
+///
+/// The frame of the scan is the scanner's at its start (time 0). A scanner that moves does not know
+/// that it does: its measured points are where they would be had it stood still, the true ones
+/// where they are.
 struct Scan {
   std::string scene = {};    // name of the scene
   std::string scanner = {};  // name of the scanner
   std::uint64_t seed = 0;
 
-  Pose T_world_scanner = Pose::Identity();  // exact
+  Pose T_world_scanner = Pose::Identity();  // exact, at time 0 of the scan
   PointCloud cloud = {};                    // measured, scanner frame
 
   std::vector<float> intensity = {};       // received amplitude, 1 = white plate at 1 m
@@ -65,14 +70,20 @@ struct Scan {
   std::vector<std::uint32_t> column = {};  // index of the plane
   std::vector<double> range = {};          // metres, as measured
   std::vector<double> true_range = {};     // metres, along the beam as it really pointed
-  std::vector<float> incidence = {};       // radians between beam and surface normal
+  // Where the beam really met the surface, in the frame of the scan.
+  std::vector<Eigen::Vector3f> true_point = {};
+  std::vector<float> incidence = {};  // radians between beam and surface normal
   // Of the surface, with relief finer than the triangle; scanner frame, towards the scanner.
   std::vector<Eigen::Vector3f> true_normal = {};
   std::vector<std::uint32_t> triangle = {};  // index into the scene's triangles
   std::vector<std::uint8_t> material = {};   // index into the scene's materials
   std::vector<std::uint8_t> flags = {};      // of ScanFlag
+  std::vector<std::uint8_t> echo = {};       // which return of its beam, by range: 1, 2, ...
 
-  std::uint64_t beams = 0;  // fired, with or without return
+  // The grid of beams; both 0 where beams lie on none.
+  std::uint32_t rings = 0;    // beams per plane
+  std::uint32_t columns = 0;  // planes
+  std::uint64_t beams = 0;    // fired, with or without return
 };
 
 }  // namespace minescan
