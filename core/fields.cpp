@@ -56,11 +56,19 @@ std::vector<Eigen::Vector3d> read_points(std::string_view text, const Range& ran
   return points;
 }
 
+Eigen::Vector3d read_vector(std::string_view text, const Range& range) {
+  const std::vector<Eigen::Vector3d> points = read_points(text, range);
+  if (points.size() != 1) throw_expected("'x y z'", text);
+  return points.front();
+}
+
+std::string value_text(const Eigen::Vector3d& v) {
+  return fmt::format("{} {} {}", number_text(v.x()), number_text(v.y()), number_text(v.z()));
+}
+
 std::string value_text(const std::vector<Eigen::Vector3d>& v) {
   std::vector<std::string> parts;
-  for (const Eigen::Vector3d& p : v)
-    parts.push_back(
-        fmt::format("{} {} {}", number_text(p.x()), number_text(p.y()), number_text(p.z())));
+  for (const Eigen::Vector3d& p : v) parts.push_back(value_text(p));
   return join(parts, ", ");
 }
 

@@ -9,8 +9,8 @@
 //
 // Command line, YAML, --help, range checks, sweeps and the text in result tables are derived from
 // that list. Members may be double, int, std::uint64_t (all with a Range and a unit), bool,
-// std::string, std::vector<double>, std::vector<std::string>, std::vector<Eigen::Vector3d> (points,
-// "x y z, x y z"), and enums whose names are given by
+// std::string, std::vector<double>, std::vector<std::string>, Eigen::Vector3d ("x y z"),
+// std::vector<Eigen::Vector3d> (points, "x y z, x y z"), and enums whose names are given by
 //
 //   constexpr auto names_of(Sampling) { return std::to_array<std::string_view>({"uniform",
 //   "spatial"}); }
@@ -70,6 +70,7 @@ std::string expected_number(const Range& range, bool whole);
 double read_number(std::string_view text, const Range& range, bool whole);
 bool read_bool(std::string_view text);
 std::vector<Eigen::Vector3d> read_points(std::string_view text, const Range& range);
+Eigen::Vector3d read_vector(std::string_view text, const Range& range);
 [[noreturn]] void throw_expected(const std::string& expected, std::string_view found);
 
 template <class T>
@@ -84,6 +85,7 @@ inline std::string value_text(bool v) { return v ? "true" : "false"; }
 inline std::string value_text(const std::string& v) { return v; }
 std::string value_text(const std::vector<double>& v);
 std::string value_text(const std::vector<std::string>& v);
+std::string value_text(const Eigen::Vector3d& v);
 std::string value_text(const std::vector<Eigen::Vector3d>& v);
 template <NamedEnum T>
 std::string value_text(T v) {
@@ -103,6 +105,8 @@ std::string value_expected(const T& v, const Range& range) {
     return "numbers with commas between, each " + expected_number(range, false);
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     return "names with commas between";
+  } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+    return "'x y z', each " + expected_number(range, false);
   } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector3d>>) {
     return "points 'x y' or 'x y z' with commas between, each " + expected_number(range, false);
   } else {
@@ -135,6 +139,8 @@ void read_value(std::string_view text, const Range& range, T& v) {
     for (const std::string& part : split(text, ',')) v.push_back(read_number(part, range, false));
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     v = split(text, ',');
+  } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+    v = read_vector(text, range);
   } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector3d>>) {
     v = read_points(text, range);
   } else {

@@ -18,7 +18,9 @@ std::uint64_t derived_seed(std::uint64_t seed, std::string_view purpose);
 /// Counter-based generator Philox4x32-10 (Salmon et al. 2011). Cheap to make: one per beam is fine.
 class Random {
  public:
-  Random(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
+  /// `block`: how many pairs of 64 bits are skipped.
+  Random(std::uint64_t seed, std::uint64_t stream, std::uint64_t block = 0)
+      : seed_(seed), stream_(stream), blocks_(block) {}
 
   /// 64 random bits.
   std::uint64_t bits() {
@@ -39,7 +41,7 @@ class Random {
 
   std::uint64_t seed_;
   std::uint64_t stream_;
-  std::uint64_t blocks_ = 0;
+  std::uint64_t blocks_;
   std::array<std::uint64_t, 2> block_ = {};
   int used_ = 2;
   bool has_spare_ = false;

@@ -294,7 +294,7 @@ void render_rows(const RayCaster& caster, const Camera& camera, std::span<const 
                  int first_row, int last_row, Picture& picture) {
   constexpr int block = 2;  // pixels; with 2 x 2 samples each they are one packet
   static_assert(block * block * samples * samples == RayCaster::packet_size);
-  std::array<Vector3d, RayCaster::packet_size> directions;
+  std::array<Ray, RayCaster::packet_size> packet;
   std::array<Hit, RayCaster::packet_size> hits;
   for (int y = first_row; y < last_row; y += block) {
     for (int x = 0; x < camera.width; x += block) {
@@ -303,9 +303,9 @@ void render_rows(const RayCaster& caster, const Camera& camera, std::span<const 
       std::size_t rays = 0;
       for (int j = 0; j < rows * samples; ++j)
         for (int i = 0; i < columns * samples; ++i)
-          directions[rays++] = camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples);
-      caster.cast_packet(camera.T_world_camera.translation(), {directions.data(), rays},
-                         std::numeric_limits<double>::infinity(), hits);
+          packet[rays++] = {camera.T_world_camera.translation(),
+                            camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)};
+      caster.cast_packet({packet.data(), rays}, std::numeric_limits<double>::infinity(), hits);
       for (int r = 0; r < rows; ++r) {
         for (int c = 0; c < columns; ++c) {
           Vector3d sum = Vector3d::Zero();

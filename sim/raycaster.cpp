@@ -209,6 +209,32 @@ struct RayCaster::Impl {
                                          error.empty() ? "no device" : error));
   }
 
+  // Casts up to `packet` rays; `found` has a geometry where one met something.
+  void intersect(std::span<const Ray> rays, double max_range, RTCRayHit16& found) const {
+    const std::size_t count = rays.size();
+    alignas(64) std::array<int, packet> valid;
+    for (std::size_t i = 0; i < packet; ++i) {
+      // Lanes without a ray repeat the last one, so that they hold numbers.
+      const Ray& ray = rays[std::min(i, count - 1)];
+      valid[i] = i < count ? -1 : 0;
+      found.ray.org_x[i] = static_cast<float>(ray.origin.x());
+      found.ray.org_y[i] = static_cast<float>(ray.origin.y());
+      found.ray.org_z[i] = static_cast<float>(ray.origin.z());
+      found.ray.dir_x[i] = static_cast<float>(ray.direction.x());
+      found.ray.dir_y[i] = static_cast<float>(ray.direction.y());
+      found.ray.dir_z[i] = static_cast<float>(ray.direction.z());
+      found.ray.tnear[i] = 0;
+      found.ray.tfar[i] = static_cast<float>(max_range);
+      found.ray.time[i] = 0;
+      found.ray.mask[i] = every_geometry;
+      found.ray.id[i] = 0;
+      found.ray.flags[i] = 0;
+      found.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      found.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    intersect16(valid.data(), scene.get(), found);
+  }
+
   Hit cast_one(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double min_range,
                double max_range) const {
     RTCRayHit r = single_ray(origin.cast<float>(), direction.cast<float>(),
@@ -248,40 +274,40 @@ std::optional<Hit> RayCaster::cast(const Eigen::Vector3d& origin, const Eigen::V
   return hit;
 }
 
-void RayCaster::cast_packet(const Eigen::Vector3d& origin,
-                            std::span<const Eigen::Vector3d> directions, double max_range,
+void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
                             std::span<Hit> hits) const {
-  assert(directions.size() <= packet && hits.size() >= directions.size());
-  const std::size_t count = directions.size();
-  alignas(64) std::array<int, packet> valid;
-  RTCRayHit16 rays;
-  const Eigen::Vector3f start = origin.cast<float>();
-  for (std::size_t i = 0; i < packet; ++i) {
-    // Lanes without a ray repeat the last one, so that they hold numbers.
-    const Eigen::Vector3d& direction = directions[std::min(i, count - 1)];
-    valid[i] = i < count ? -1 : 0;
-    rays.ray.org_x[i] = start.x();
-    rays.ray.org_y[i] = start.y();
-    rays.ray.org_z[i] = start.z();
-    rays.ray.dir_x[i] = static_cast<float>(direction.x());
-    rays.ray.dir_y[i] = static_cast<float>(direction.y());
-    rays.ray.dir_z[i] = static_cast<float>(direction.z());
-    rays.ray.tnear[i] = 0;
-    rays.ray.tfar[i] = static_cast<float>(max_range);
-    rays.ray.time[i] = 0;
-    rays.ray.mask[i] = every_geometry;
-    rays.ray.id[i] = 0;
-    rays.ray.flags[i] = 0;
-    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-  }
-  intersect16(valid.data(), impl_->scene.get(), rays);
-  for (std::size_t i = 0; i < count; ++i) {
+  assert(rays.size() <= packet && hits.size() >= rays.size());
+  RTCRayHit16 found;
+  impl_->intersect(rays, max_range, found);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const auto& [origin, direction] = rays[i];
     // Coherent packets lose axis-parallel rays now and then.
     hits[i] =
-        rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
-            ? impl_->cast_without_leak(origin, directions[i], 0, max_range)
-            : refined(impl_->mesh, origin, directions[i], rays.hit.primID[i], rays.ray.tfar[i]);
+        found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+            ? impl_->cast_without_leak(origin, direction, 0, max_range)
+            : refined(impl_->mesh, origin, direction, found.hit.primID[i], found.ray.tfar[i]);
+  }
+}
+
+void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
+                              std::span<Glance> glances) const {
+  assert(rays.size() <= packet && glances.size() >= rays.size());
+  RTCRayHit16 found;
+  impl_->intersect(rays, max_range, found);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+      const Hit hit =
+          impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
+      glances[i] = {.triangle = hit.triangle,
+                    .range = static_cast<float>(hit.range),
+                    .cosine = static_cast<float>(hit.cosine)};
+      continue;
+    }
+    const Eigen::Vector3f normal(found.hit.Ng_x[i], found.hit.Ng_y[i], found.hit.Ng_z[i]);
+    const Eigen::Vector3f direction(found.ray.dir_x[i], found.ray.dir_y[i], found.ray.dir_z[i]);
+    glances[i] = {.triangle = found.hit.primID[i],
+                  .range = found.ray.tfar[i],
+                  .cosine = std::min(1.0f, std::abs(normal.dot(direction)) / normal.norm())};
   }
 }
 

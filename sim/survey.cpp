@@ -9,7 +9,7 @@
 #include "core/random.h"
 #include "core/text.h"
 #include "sim/raycaster.h"
-#include "sim/scanner.h"
+#include "sim/scan.h"
 
 namespace minescan {
 

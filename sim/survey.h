@@ -10,6 +10,7 @@
 #include "core/cloud.h"
 #include "core/fields.h"
 #include "core/pose.h"
+#include "sim/raycaster.h"
 #include "sim/scanner.h"
 
 namespace minescan {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <stdexcept>
@@ -22,7 +23,8 @@
 #include "scenes/scene.h"
 #include "scenes/scene_mesh.h"
 #include "sim/raycaster.h"
-#include "sim/scanner.h"
+#include "sim/kinematics.h"
+#include "sim/scan.h"
 #include "sim/survey.h"
 
 namespace minescan {
@@ -62,6 +64,7 @@ class BareEmbree {
     if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw std::runtime_error("Embree");
 
     origin_ = T_world_scanner.translation().cast<float>();
+    const Kinematics kinematics(scanner);
     for (int column = 0; column < scanner.planes; column += tile)
       for (int ring = 0; ring < scanner.plane_beams; ring += tile) {
         Packet packet;
@@ -69,7 +72,8 @@ class BareEmbree {
         for (int c = column; c < std::min(column + tile, scanner.planes); ++c)
           for (int r = ring; r < std::min(ring + tile, scanner.plane_beams); ++r, ++i) {
             const Eigen::Vector3f d =
-                (T_world_scanner.linear() * beam_direction(scanner, r, c)).cast<float>();
+                (T_world_scanner.linear() * kinematics.nominal(kinematics.plane(c, 0), r).direction)
+                    .cast<float>();
             packet.x[i] = d.x();
             packet.y[i] = d.y();
             packet.z[i] = d.z();
@@ -181,15 +185,73 @@ void junction_scan_beside_embree(benchmark::State& state, const Scanner& scanner
   state.counters["scan_rays_per_s"] = rays / median(scan_seconds);
   state.counters["scan_to_embree"] = median(ratios);
 }
-BENCHMARK_CAPTURE(junction_scan_beside_embree, optab_400x360, station_scanner(station()))
+// The optab of the junction with other settings: a sub-ray for a beam, where nothing else is said.
+Scanner optab(Settings settings) {
+  settings.try_emplace("sub-rays", "1");
+  return with_settings(station_scanner(station()), settings);
+}
+BENCHMARK_CAPTURE(junction_scan_beside_embree, optab_400x360, optab({}))
+    ->Iterations(41)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(junction_scan_beside_embree, optab_400x360_without_fine_relief,
+                  optab({{"fine-relief", "false"}}))
     ->Iterations(41)
     ->Unit(benchmark::kMillisecond);
 // Four times as dense each way: neighbouring rays share more of the tree.
 BENCHMARK_CAPTURE(junction_scan_beside_embree, optab_1600x1440,
-                  with_settings(station_scanner(station()),
-                                {{"plane-beams", "1600"}, {"planes", "1440"}}))
+                  optab({{"plane-beams", "1600"}, {"planes", "1440"}}))
     ->Iterations(5)
     ->Unit(benchmark::kMillisecond);
+
+// The cost of a footprint: of 19 sub-rays, cast where there may be an edge and cast always, over
+// that of one; and the edges that the test misses: returns that are mixed pixels only when all 19
+// are cast, of all mixed ones.
+void junction_footprint(benchmark::State& state) {
+  const ThreadLimit one(1);
+  const Pose& T = station().T_world_scanner;
+  const RayCaster caster(junction());
+  const Scanner single = optab({});
+  const Scanner tested = optab({{"sub-rays", "19"}});
+  const Scanner always = optab({{"sub-rays", "19"}, {"edge-test", "false"}});
+  std::vector<double> tested_ratios, always_ratios;
+  for (auto _ : state) {
+    const auto seconds = [&](const Scanner& scanner) {
+      return seconds_of([&] { benchmark::DoNotOptimize(scan(caster, scanner, T, 1, "")); });
+    };
+    const double base = seconds(single);
+    tested_ratios.push_back(seconds(tested) / base);
+    always_ratios.push_back(seconds(always) / base);
+  }
+  const auto mixed = [&](const Scanner& scanner) {
+    const Scan result = scan(caster, scanner, T, 1, "");
+    return static_cast<double>(std::ranges::count_if(
+        result.flags, [](std::uint8_t flags) { return (flags & flag_mixed_pixel) != 0; }));
+  };
+  state.counters["tested_to_one"] = median(tested_ratios);
+  state.counters["always_to_one"] = median(always_ratios);
+  state.counters["mixed"] = mixed(always);
+  state.counters["mixed_missed"] = mixed(always) - mixed(tested);
+}
+BENCHMARK(junction_footprint)->Iterations(11)->Unit(benchmark::kMillisecond);
+
+// What a second thread brings, by the clock on the wall.
+void junction_two_threads(benchmark::State& state) {
+  const RayCaster caster(junction());
+  const Scanner scanner = station_scanner(station());
+  std::vector<double> ratios;
+  for (auto _ : state) {
+    const auto seconds = [&](int threads) {
+      const ThreadLimit limit(threads);
+      const auto start = std::chrono::steady_clock::now();
+      benchmark::DoNotOptimize(scan(caster, scanner, station().T_world_scanner, 1, ""));
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const double one = seconds(1);
+    ratios.push_back(one / seconds(2));
+  }
+  state.counters["one_to_two_threads"] = median(ratios);
+}
+BENCHMARK(junction_two_threads)->Iterations(21)->Unit(benchmark::kMillisecond);
 
 // The rate users see, all cores.
 void junction_scan(benchmark::State& state) {

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "sim/kinematics.h"
+#include "sim/scan.h"
 #include "test/sim/shapes.h"
 
 namespace minescan {
@@ -24,6 +26,21 @@ constexpr double degree = std::numbers::pi / 180;
 // Polar angle from straight up, and azimuth to the left of forward, both degrees.
 double polar(const Vector3d& d) { return std::acos(std::clamp(d.z(), -1.0, 1.0)) / degree; }
 double azimuth(const Vector3d& d) { return std::atan2(d.y(), d.x()) / degree; }
+
+// Where beams nominally point.
+class Directions {
+ public:
+  explicit Directions(const Scanner& s) : kinematics_(s) {}
+  Vector3d operator()(int ring, int column) const {
+    return kinematics_.nominal(kinematics_.plane(column, 0), ring).direction;
+  }
+
+ private:
+  Kinematics kinematics_;
+};
+Vector3d beam_direction(const Scanner& s, int ring, int column) {
+  return Directions(s)(ring, column);
+}
 
 Scanner ideal(int plane_beams, int planes) {
   Scanner s = find_scanner("ideal-yawing");
@@ -66,10 +83,11 @@ TEST(BeamDirections, PitchingPlanesSweepFromRightToLeftAndTiltUp) {
 // down. Neighbouring beams are 0.75 degrees apart in a plane and planes 0.5 degrees.
 TEST(BeamDirections, OfTheYawingOptabCoverTheStatedAngles) {
   const Scanner& s = find_scanner("optab-yawing");
+  const Directions direction_of(s);
   std::vector<Vector3d> beams;
   for (int column = 0; column < s.planes; ++column)
     for (int ring = 0; ring < s.plane_beams; ++ring) {
-      beams.push_back(beam_direction(s, ring, column));
+      beams.push_back(direction_of(ring, column));
       ASSERT_NEAR(beams.back().norm(), 1, 1e-15 * 4);
       ASSERT_LE(polar(beams.back()), 150 - 0.375 + 1e-9);
     }
@@ -87,12 +105,13 @@ TEST(BeamDirections, OfTheYawingOptabCoverTheStatedAngles) {
 
 TEST(BeamDirections, OfThePitchingOptabCoverTheStatedAngles) {
   const Scanner& s = find_scanner("optab-pitching");
+  const Directions direction_of(s);
   for (int column = 0; column < s.planes; ++column) {
     const double pitch = 0.5 * column + 0.25;  // 0 to 90 degrees in 180 planes
     const Vector3d across(-std::sin(pitch * degree), 0, std::cos(pitch * degree));
     double forward = 0;
     for (int ring = 0; ring < s.plane_beams; ++ring) {
-      const Vector3d beam = beam_direction(s, ring, column);
+      const Vector3d beam = direction_of(ring, column);
       ASSERT_NEAR(beam.dot(across), 0, 1e-14);
       forward = std::max(forward,
                          beam.x() * std::cos(pitch * degree) + beam.z() * std::sin(pitch * degree));
@@ -189,6 +208,8 @@ void expect_same_bytes(const Scan& a, const Scan& b) {
   EXPECT_EQ(a.triangle, b.triangle);
   EXPECT_EQ(a.material, b.material);
   EXPECT_EQ(a.flags, b.flags);
+  EXPECT_EQ(a.true_point, b.true_point);
+  EXPECT_EQ(a.echo, b.echo);
   EXPECT_EQ(a.beams, b.beams);
 }
 
@@ -528,7 +549,7 @@ TEST(Scan, RejectsScannersThatCannotBe) {
   EXPECT_NE(message_of(s).find("plane-beams"), std::string::npos) << message_of(s);
   s = ideal(1000000, 1000);  // 1e9 beams
   EXPECT_EQ(message_of(s),
-            "scanner 'ideal-yawing': expected plane-beams * planes <= 100000000, found 1000000000");
+            "scanner 'ideal-yawing': expected plane-beams * planes * returns <= 100000000, found 1000000000");
   s = ideal(10, 10);
   s.range_noise = -1;
   EXPECT_NE(message_of(s).find("range-noise"), std::string::npos);
@@ -537,13 +558,43 @@ TEST(Scan, RejectsScannersThatCannotBe) {
   s = ideal(10, 10);
   s.min_range = s.max_range;
   EXPECT_NE(message_of(s).find("min-range < max-range"), std::string::npos);
+  const auto phase = [](std::vector<double> tones) {
+    Scanner p = ideal(10, 10);
+    p.ranging = RangingKind::phase;
+    p.tones = std::move(tones);
+    return p;
+  };
+  EXPECT_EQ(message_of(phase({})),
+            "scanner 'ideal-yawing': phase ranging needs 1 to 4 tones, found 0");
+  EXPECT_EQ(message_of(phase({5, 4})),
+            "scanner 'ideal-yawing': expected tones from the finest to the coarsest, found 5 "
+            "before 4");
+  s = phase({1, 1000});
+  s.amplitude_noise = 0.01;
+  EXPECT_EQ(message_of(s),
+            "scanner 'ideal-yawing': the tone of 1000 m cannot tell the periods of the one of 1 m: "
+            "even on a white plate it errs by 1.59 m, expected less than half of 1 m");
+  s = phase({1, 1000});
+  s.phase_bits = 8;
+  EXPECT_NE(message_of(s).find("with 8 phase-bits its steps are 3.91 m"), std::string::npos)
+      << message_of(s);
+  s = phase({4, 40});
+  s.tone_depths = {1};
+  EXPECT_NE(message_of(s).find("as many tone-depths as tones, 2, found 1"), std::string::npos);
+  s = phase({4, 40});
+  s.returns = 2;
+  EXPECT_NE(message_of(s).find("phase ranging has one return"), std::string::npos);
   s = ideal(10, 10);
-  s.wrap_interval = 4;
-  s.fine_interval = 5;
-  EXPECT_NE(message_of(s).find("fine-interval <= wrap-interval"), std::string::npos);
-  s = ideal(10, 10);
-  s.cyclic_error = 0.01;
-  EXPECT_NE(message_of(s).find("cyclic-error"), std::string::npos);
+  s.sub_rays = 5;
+  EXPECT_NE(message_of(s).find("sub-rays 1, 7 or 19, found 5"), std::string::npos);
+  s = find_scanner("flash-3d");
+  s.wobble = 0.01;
+  EXPECT_EQ(message_of(s),
+            "scanner 'flash-3d': wobble belongs to a mirror; this pattern has none");
+  s = find_scanner("rosette");
+  s.wedge_1 = 0.6;
+  s.wedge_2 = 0.6;
+  EXPECT_NE(message_of(s).find("reflect the light"), std::string::npos);
 
   Pose T = Pose::Identity();
   T.translation().x() = std::numeric_limits<double>::infinity();
@@ -574,7 +625,8 @@ TEST(Scanners, AreKnownByNameAndEachOfThemScans) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(),
-                 "unknown scanner 'optab'; known: optab-yawing, optab-pitching, ideal-yawing");
+                 "unknown scanner 'optab'; known: optab-yawing, optab-pitching, sick-lms200-ptu, "
+                 "tls-phase, flash-3d, spin-16, spin-128, rosette, ideal-yawing");
   }
 }
 

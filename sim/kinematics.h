@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Where the beams of a scanner go, and when: as the instrument believes, and as they really go.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "sim/scanner.h"
+
+namespace minescan {
+
+/// A beam in the scanner frame.
+struct Beam {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();     // metres
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit
+  Eigen::Vector3d along = Eigen::Vector3d::UnitY();      // unit, across the beam, the way it sweeps
+};
+
+/// The beams of one scanner, with what is the same for all of them computed once.
+///
+/// A beam of a mirror is v(a) = cos(a) start + sin(a) sideways in the frame of its plane, where
+/// (start, sideways) are (up, forward) for yaw and (forward, left) else, and a is the mirror angle.
+/// From there it goes through the mirror's mount and the turning head into the scanner frame:
+///   direction = R_head(theta) R_mount v(a),  origin = R_head(theta) lever.
+/// The true beam differs by a += index + eccentricity sin(a) + jitter, by leaving the plane by
+/// wobble sin(a) + 2 mirror_tilt, by theta += motion jitter, and by a leaning axis.
+class Kinematics {
+ public:
+  /// Of a scanner that `check` accepts.
+  explicit Kinematics(const Scanner& scanner);
+
+  /// Seconds from the start of the scan to beam `ring` of plane `column`.
+  double time(int ring, int column) const;
+
+  /// Seconds from the start of the scan to the end of its last sweep.
+  double duration() const;
+
+  /// How the head stands while it sweeps a plane.
+  struct Plane {
+    int column = 0;
+    Eigen::Matrix3d nominal = Eigen::Matrix3d::Identity();  // R_scanner_plane
+    Eigen::Matrix3d actual = Eigen::Matrix3d::Identity();
+  };
+  /// `jitter`: a standard normal number.
+  Plane plane(int column, double jitter) const;
+
+  /// Where the instrument believes that beam `ring` of a plane goes.
+  Beam nominal(const Plane& plane, int ring) const;
+  /// Where it goes; `jitter` is a standard normal number, the encoder's.
+  Beam actual(const Plane& plane, int ring, double jitter) const;
+
+ private:
+  // A beam of a mirror before the head turns it: `beam` as it is but for jitter, `turned` the same
+  // a right angle onwards, `fixed` its part out of the plane, where the mirror's turning leads
+  // nowhere.
+  struct Ring {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Eigen::Vector3d nominal = Eigen::Vector3d::Zero();
+    Eigen::Vector3d beam = Eigen::Vector3d::Zero();
+    Eigen::Vector3d turned = Eigen::Vector3d::Zero();
+    Eigen::Vector3d fixed = Eigen::Vector3d::Zero();
+  };
+
+  Scanner scanner_;
+  double turn_time_ = 0;
+  std::vector<Ring> rings_ = {};  // of a mirror
+};
+
+}  // namespace minescan
