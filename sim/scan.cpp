@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -29,6 +30,8 @@ using Eigen::Vector3d;
 // closer together than 16 beams of one plane would, which makes Embree 1.7 times as fast. Without a
 // grid, one after the other.
 constexpr std::size_t tile_size = RayCaster::packet_size;
+static_assert(tile_size == lanes);
+constexpr double far = std::numeric_limits<double>::infinity();
 struct TileShape {
   int rings;
   int columns;
@@ -120,10 +123,8 @@ struct Sweep {
   struct Shot {
     int ring = 0;
     std::size_t column = 0;  // within the strip
-    Pose T_start_scanner = Pose::Identity();
-    Beam beam = {};  // as it goes, scanner frame
-    std::array<FourNormals, 1 + max_tones / 2> normals = {};
-    bool lost = false;  // in dust
+    double time = 0;         // seconds
+    Beam beam = {};          // as it goes, in the frame of the scan
   };
 
   // The sub-rays of one shot, as far as they were cast.
@@ -136,6 +137,12 @@ struct Sweep {
   void cast_footprints(std::span<const Ray> axes, std::span<const Shot> shots,
                        std::span<const Hit> hits, std::span<Footprint> footprints) const;
   Ray sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const;
+
+  // Whether dust swallows a beam before it comes to the hit.
+  bool lost_in_dust(std::uint64_t beam, const Hit& hit) const {
+    Random random(derived_seed(seed, "dust"), beam);
+    return random.uniform() > std::exp(-scanner.dust_loss * hit.range);
+  }
 
   // Scans columns [first, first + count). The points of column c are written from place
   // c * plane_beams * returns on; kept[c] tells how many there are.
@@ -159,8 +166,7 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
   const std::size_t count = axes.size();
   std::array<Vector3d, tile_size> along;
   for (std::size_t i = 0; i < count; ++i) {
-    const Pose& T = shots[i].T_start_scanner;
-    along[i] = carrier.T_world_start.linear() * (T.linear() * shots[i].beam.along);
+    along[i] = carrier.T_world_start.linear() * shots[i].beam.along;
     footprints[i].rays[0] = axes[i];
     footprints[i].glances[0] = {hits[i].triangle, static_cast<float>(hits[i].range),
                                 static_cast<float>(hits[i].cosine)};
@@ -214,9 +220,7 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
   for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
     const std::size_t column = static_cast<std::size_t>(first) + c;
     const double jitter =
-        scanner.motion_jitter > 0
-            ? static_cast<double>(four_normals(derived_seed(seed, "head"), column, 0)[0])
-            : 0;
+        scanner.motion_jitter > 0 ? Random(derived_seed(seed, "head"), column).normal() : 0;
     planes[c] = kinematics.plane(static_cast<int>(column), jitter);
     place[c] = column * column_size;
   }
@@ -225,107 +229,106 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
   std::array<Ray, tile_size> axes;
   std::array<Hit, tile_size> hits;
   std::array<Footprint, tile_size> footprints;
+  std::array<std::uint8_t, tile_size * max_facets> sub_ray_of;  // each facet
+  std::array<std::uint64_t, tile_size> beams = {};              // their numbers in the scan
+  std::array<Echoes, tile_size> echoes;
+  Light light;
   for (int first_ring = 0; first_ring < scanner.plane_beams; first_ring += tile.rings) {
     const int ring_count = std::min(tile.rings, scanner.plane_beams - first_ring);
     std::size_t rays = 0;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
-      const std::size_t column = static_cast<std::size_t>(first) + c;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c)
       for (int r = first_ring; r < first_ring + ring_count; ++r, ++rays) {
-        Shot& shot = shots[rays];
-        shot.ring = r;
-        shot.column = c;
-        const std::size_t index = column * plane_beams + static_cast<std::size_t>(r);
-        if (noisy)
-          for (std::size_t block = 0; block < ranging.blocks(); ++block)
-            shot.normals[block] = four_normals(seed, index, block);
-        shot.beam = kinematics.actual(planes[c], r, static_cast<double>(shot.normals[0][3]));
-        if (carrier.path)
-          shot.T_start_scanner =
-              carrier.T_world_start.inverse(Eigen::Isometry) *
-              carrier.at(kinematics.time(r, planes[c].column));
-        axes[rays] = {carrier.T_world_start * (shot.T_start_scanner * shot.beam.origin),
-                      carrier.T_world_start.linear() *
-                          (shot.T_start_scanner.linear() * shot.beam.direction)};
+        shots[rays].ring = r;
+        shots[rays].column = c;
+        beams[rays] = (static_cast<std::size_t>(first) + c) * plane_beams +
+                      static_cast<std::size_t>(r);
       }
+    if (noisy)
+      for (std::size_t block = 0; block < ranging.blocks(); ++block)
+        four_normals(seed, beams, block, light.normals[block]);
+    for (std::size_t i = 0; i < rays; ++i) {
+      Shot& shot = shots[i];
+      const Kinematics::Plane& plane = planes[shot.column];
+      shot.time = kinematics.time(shot.ring, plane.column);
+      shot.beam =
+          kinematics.actual(plane, shot.ring, static_cast<double>(light.normals[0][3][i]));
+      if (carrier.path) {
+        const Pose T_start_scanner =
+            carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(shot.time);
+        shot.beam = {T_start_scanner * shot.beam.origin,
+                     T_start_scanner.linear() * shot.beam.direction,
+                     T_start_scanner.linear() * shot.beam.along};
+      }
+      axes[i] = {carrier.T_world_start * shot.beam.origin,
+                 carrier.T_world_start.linear() * shot.beam.direction};
     }
     caster.cast_packet({axes.data(), rays}, scanner.max_range, hits);
     if (with_footprint)
       cast_footprints({axes.data(), rays}, {shots.data(), rays}, {hits.data(), rays},
                       {footprints.data(), rays});
 
+    // What the light of each beam met, and which sub-ray each part of it is.
+    light.beams = rays;
+    std::size_t facets = 0;
     for (std::size_t i = 0; i < rays; ++i) {
-      const Shot& shot = shots[i];
-      const int ring = shot.ring;
-      const std::size_t column = static_cast<std::size_t>(first) + shot.column;
+      light.first[i] = facets;
+      light.age[i] = age + shots[i].time;
+      if (scanner.dust_loss > 0 && lost_in_dust(beams[i], hits[i])) continue;
       Hit& axis = hits[i];
       double shift = 0;  // of fine relief
-      if (axis.triangle != no_triangle && !reliefs.empty()) {
-        const FineRelief& relief = reliefs[mesh.material[axis.triangle]];
-        if (relief.height > 0) {
-          shift = -axis.range;
-          relief.apply(axes[i], axis);
-          shift += axis.range;
-        }
-      }
-
-      // What the light met, and which sub-ray each part of it is.
-      std::array<Facet, all_sub_rays> facets;
-      std::array<std::uint8_t, all_sub_rays> sub_ray_of;
-      std::size_t facet_count = 0;
       const auto add = [&](std::size_t k, double weight, double range, double signal) {
         if (!(range >= scanner.min_range && range <= scanner.max_range)) return;
-        facets[facet_count] = {weight, range, signal};
-        sub_ray_of[facet_count++] = static_cast<std::uint8_t>(k);
+        light.facets[facets] = {weight, range, signal};
+        sub_ray_of[facets++] = static_cast<std::uint8_t>(k);
       };
-      const Footprint& footprint = footprints[i];
-      const std::size_t cast_count = with_footprint ? footprint.count : 1;
+      const std::size_t cast_count = with_footprint ? footprints[i].count : 1;
       const double* weights =
           cast_count == all_sub_rays ? all_weights().data() : few_weights().data();
-      if (axis.triangle != no_triangle)
-        add(0, cast_count == 1 ? 1 : weights[0], axis.range,
-            reflectance[mesh.material[axis.triangle]] * axis.cosine);
+      if (axis.triangle != no_triangle) {
+        const std::uint8_t material = mesh.material[axis.triangle];
+        if (!reliefs.empty() && reliefs[material].height > 0) {
+          shift = -axis.range;
+          reliefs[material].apply(axes[i], axis);
+          shift += axis.range;
+        }
+        add(0, with_footprint ? weights[0] : 1, axis.range, reflectance[material] * axis.cosine);
+      }
       for (std::size_t k = 1; k < cast_count; ++k) {
-        const Glance& glance = footprint.glances[k];
+        const Glance& glance = footprints[i].glances[k];
         if (glance.triangle == no_triangle) continue;
         const std::uint8_t material = mesh.material[glance.triangle];
         const bool moved = axis.triangle != no_triangle && material == mesh.material[axis.triangle];
         add(k, weights[k], static_cast<double>(glance.range) + (moved ? shift : 0),
             reflectance[material] * static_cast<double>(glance.cosine));
       }
-      if (facet_count == 0) continue;
-      if (scanner.dust_loss > 0) {
-        Random random(derived_seed(seed, "dust"),
-                      column * plane_beams + static_cast<std::size_t>(ring));
-        if (random.uniform() > std::exp(-scanner.dust_loss * facets[0].range)) continue;
-      }
+    }
+    light.first[rays] = facets;
+    ranging.measure(light, {echoes.data(), rays});
 
-      const double time = kinematics.time(ring, static_cast<int>(column));
-      const Echoes echoes = ranging.measure({facets.data(), facet_count}, shot.normals, age + time);
-      if (echoes.count == 0) continue;
-      const Beam nominal = kinematics.nominal(planes[shot.column], ring);
-      for (std::size_t e = 0; e < echoes.count; ++e) {
-        const Echo& echo = echoes.echo[e];
-        const std::size_t k = sub_ray_of[echo.facet];
-        Hit hit = axis;
-        const Ray& ray = k == 0 ? axes[i] : footprint.rays[k];
-        if (k > 0) {
-          hit = *caster.cast(ray.origin, ray.direction, 0, scanner.max_range);
-        }
+    for (std::size_t i = 0; i < rays; ++i) {
+      const Shot& shot = shots[i];
+      if (echoes[i].count == 0) continue;
+      const Beam nominal = kinematics.nominal(planes[shot.column], shot.ring);
+      for (std::size_t e = 0; e < echoes[i].count; ++e) {
+        const Echo& echo = echoes[i].echo[e];
+        const std::size_t k = sub_ray_of[light.first[i] + echo.facet];
+        const Ray& ray = k == 0 ? axes[i] : footprints[i].rays[k];
+        const Hit hit = k == 0 ? hits[i] : *caster.cast(ray.origin, ray.direction, 0, far);
         const std::size_t to = place[shot.column]++;
         // In single precision, as files hold them, so that writing and reading changes nothing: at
         // 48 m the last digit is worth 4 micrometres.
-        out.cloud.points[to] = (nominal.origin + echo.range * nominal.direction)
-                                   .cast<float>()
-                                   .cast<double>();
+        out.cloud.points[to] =
+            (nominal.origin + echo.range * nominal.direction).cast<float>().cast<double>();
         out.intensity[to] = echo.amplitude;
-        out.time[to] = time;
-        out.ring[to] = static_cast<std::uint32_t>(ring);
-        out.column[to] = static_cast<std::uint32_t>(column);
+        out.time[to] = shot.time;
+        out.ring[to] = static_cast<std::uint32_t>(shot.ring);
+        out.column[to] = static_cast<std::uint32_t>(planes[shot.column].column);
         out.range[to] = echo.range;
         out.true_range[to] = hit.range;
         out.true_point[to] =
-            (R_start_world * (ray.origin - carrier.T_world_start.translation() +
-                              hit.range * ray.direction))
+            (k == 0 ? Vector3d(shot.beam.origin + hit.range * shot.beam.direction)
+                    : Vector3d(R_start_world * (ray.origin + hit.range * ray.direction -
+                                                carrier.T_world_start.translation())))
                 .cast<float>();
         out.incidence[to] = std::acos(static_cast<float>(hit.cosine));
         out.true_normal[to] = (R_start_world * hit.normal).cast<float>();
