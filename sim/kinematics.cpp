@@ -166,7 +166,8 @@ Beam Kinematics::actual(const Plane& plane, int ring, double jitter) const {
   const Ring& r = rings_[static_cast<std::size_t>(ring)];
   Vector3d direction = r.fixed + r.beam;
   if (scanner_.encoder_jitter > 0) {
-    const double sine = std::sin(scanner_.encoder_jitter * jitter);
+    // The sine of the angle: for all jitters that make sense, the angle.
+    const double sine = scanner_.encoder_jitter * jitter;
     direction = r.fixed + std::sqrt(1 - sine * sine) * r.beam + sine * r.turned;
   }
   return {plane.actual * r.origin, plane.actual * direction, plane.actual * r.turned};

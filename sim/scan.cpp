@@ -40,23 +40,24 @@ TileShape tile_shape(const Scanner& s) {
   return s.pattern == Pattern::risley ? TileShape{16, 1} : TileShape{4, 4};
 }
 
-// Calls visit(array) for every per-point array of a scan.
+// Calls visit(array of a, the same array of b) for every per-point array of two scans.
+constexpr std::size_t array_count = 14;
 template <class Visit>
-void for_each_array(Scan& s, Visit&& visit) {
-  visit(s.cloud.points);
-  visit(s.intensity);
-  visit(s.time);
-  visit(s.ring);
-  visit(s.column);
-  visit(s.range);
-  visit(s.true_range);
-  visit(s.true_point);
-  visit(s.incidence);
-  visit(s.true_normal);
-  visit(s.triangle);
-  visit(s.material);
-  visit(s.flags);
-  visit(s.echo);
+void for_each_array(Scan& a, Scan& b, const Visit& visit) {
+  visit(a.cloud.points, b.cloud.points);
+  visit(a.intensity, b.intensity);
+  visit(a.time, b.time);
+  visit(a.ring, b.ring);
+  visit(a.column, b.column);
+  visit(a.range, b.range);
+  visit(a.true_range, b.true_range);
+  visit(a.true_point, b.true_point);
+  visit(a.incidence, b.incidence);
+  visit(a.true_normal, b.true_normal);
+  visit(a.triangle, b.triangle);
+  visit(a.material, b.material);
+  visit(a.flags, b.flags);
+  visit(a.echo, b.echo);
 }
 
 // The relief of one material that its triangles leave out, as gradient noise.
@@ -106,6 +107,13 @@ struct Carrier {
   Pose at(double time) const { return path ? path->at(start + time) : T_world_start; }
 };
 
+// The points of some columns: those of column c lie from place c * plane_beams * returns on.
+struct Strip {
+  Scan points = {};  // its arrays only
+  std::array<std::size_t, tile_size> kept = {};  // of each column
+  std::size_t columns = 0;
+};
+
 // Everything about one scan that does not change from beam to beam.
 struct Sweep {
   const RayCaster& caster;
@@ -144,9 +152,8 @@ struct Sweep {
     return random.uniform() > std::exp(-scanner.dust_loss * hit.range);
   }
 
-  // Scans columns [first, first + count). The points of column c are written from place
-  // c * plane_beams * returns on; kept[c] tells how many there are.
-  void strip(int first, int count, Scan& out, std::vector<std::size_t>& kept) const;
+  // Scans columns [first, first + count) into a strip that has room for them.
+  void scan_strip(int first, int count, Strip& strip) const;
 };
 
 Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const {
@@ -207,7 +214,8 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
   }
 }
 
-void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kept) const {
+void Sweep::scan_strip(int first, int count, Strip& strip) const {
+  Scan& out = strip.points;
   const TriangleMesh& mesh = caster.mesh();
   const TileShape tile = tile_shape(scanner);
   const auto plane_beams = static_cast<std::size_t>(scanner.plane_beams);
@@ -222,7 +230,7 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
     const double jitter =
         scanner.motion_jitter > 0 ? Random(derived_seed(seed, "head"), column).normal() : 0;
     planes[c] = kinematics.plane(static_cast<int>(column), jitter);
-    place[c] = column * column_size;
+    place[c] = c * column_size;
   }
 
   std::array<Shot, tile_size> shots;
@@ -304,6 +312,9 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
     }
     light.first[rays] = facets;
     ranging.measure(light, {echoes.data(), rays});
+    Lanes cosines = {}, incidences;
+    for (std::size_t i = 0; i < rays; ++i) cosines[i] = static_cast<float>(hits[i].cosine);
+    arc_cosine(cosines.data(), incidences.data(), rays);
 
     for (std::size_t i = 0; i < rays; ++i) {
       const Shot& shot = shots[i];
@@ -330,7 +341,8 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
                     : Vector3d(R_start_world * (ray.origin + hit.range * ray.direction -
                                                 carrier.T_world_start.translation())))
                 .cast<float>();
-        out.incidence[to] = std::acos(static_cast<float>(hit.cosine));
+        out.incidence[to] =
+            k == 0 ? incidences[i] : std::acos(static_cast<float>(hit.cosine));
         out.true_normal[to] = (R_start_world * hit.normal).cast<float>();
         out.triangle[to] = hit.triangle;
         out.material[to] = mesh.material[hit.triangle];
@@ -340,9 +352,9 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
     }
   }
   for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
-    const std::size_t column = static_cast<std::size_t>(first) + c;
-    kept[column] = place[c] - column * column_size;
+    strip.kept[c] = place[c] - c * column_size;
   }
+  strip.columns = static_cast<std::size_t>(count);
 }
 
 void check_pose(const Pose& T_world_scanner) {
@@ -351,6 +363,22 @@ void check_pose(const Pose& T_world_scanner) {
   // Poses are read from text of four digits and more, and normalised; this only finds scalings.
   if (!T_world_scanner.linear().isUnitary(1e-6))
     throw std::invalid_argument("T_world_scanner: expected a rotation and a translation");
+}
+
+// Appends the points of strips.
+void append(Scan& result, std::span<Strip> strips, std::size_t column_size) {
+  parallel_for(array_count, 1, [&](std::size_t wanted, std::size_t) {
+    for (Strip& strip : strips) {
+      std::size_t number = 0;
+      for_each_array(result, strip.points, [&](auto& all, const auto& part) {
+        if (number++ != wanted) return;
+        for (std::size_t c = 0; c < strip.columns; ++c) {
+          const auto from = part.begin() + static_cast<std::ptrdiff_t>(c * column_size);
+          all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(strip.kept[c]));
+        }
+      });
+    }
+  });
 }
 
 Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& carrier,
@@ -369,7 +397,6 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
     result.rings = static_cast<std::uint32_t>(plane_beams);
     result.columns = static_cast<std::uint32_t>(planes);
   }
-  for_each_array(result, [&](auto& array) { array.resize(planes * column_size); });
 
   Sweep sweep{.caster = caster,
               .scanner = scanner,
@@ -391,23 +418,23 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
   if (!scanner.fine_relief || std::none_of(sweep.reliefs.begin(), sweep.reliefs.end(), has_relief))
     sweep.reliefs.clear();
 
-  std::vector<std::size_t> kept(planes);
-  parallel_for(planes, static_cast<std::size_t>(tile_shape(scanner).columns),
-               [&](std::size_t begin, std::size_t end) {
-                 sweep.strip(static_cast<int>(begin), static_cast<int>(end - begin), result, kept);
-               });
-
-  // Close the gaps that beams without return left at the ends of the columns.
-  for_each_array(result, [&](auto& array) {
-    std::size_t end = 0;
-    for (std::size_t column = 0; column < planes; ++column) {
-      const auto from = array.begin() + static_cast<std::ptrdiff_t>(column * column_size);
-      const auto to = array.begin() + static_cast<std::ptrdiff_t>(end);
-      if (from != to) std::copy(from, from + static_cast<std::ptrdiff_t>(kept[column]), to);
-      end += kept[column];
-    }
-    array.resize(end);
-  });
+  // A few strips at a time: their points stay in the processor's cache until they are appended,
+  // and the result is written once.
+  const auto columns = static_cast<std::size_t>(tile_shape(scanner).columns);
+  std::array<Strip, 16> strips;
+  for (Strip& strip : strips)
+    for_each_array(strip.points, result, [&](auto& array, auto& all) {
+      array.resize(std::min(columns, planes) * column_size);
+      all.reserve(planes * column_size);
+    });
+  for (std::size_t first = 0; first < planes; first += strips.size() * columns) {
+    const std::size_t here = std::min(strips.size() * columns, planes - first);
+    parallel_for(here, columns, [&](std::size_t begin, std::size_t end) {
+      sweep.scan_strip(static_cast<int>(first + begin), static_cast<int>(end - begin),
+                       strips[begin / columns]);
+    });
+    append(result, {strips.data(), (here + columns - 1) / columns}, column_size);
+  }
   return result;
 }
 

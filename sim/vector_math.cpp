@@ -47,6 +47,12 @@ void ArcTangent(const float* y, const float* x, float* angle, std::size_t count)
   }
 }
 
+void ArcCosine(const float* x, float* angle, std::size_t count) {
+  const Float d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d))
+    hn::StoreU(hn::Acos(d, hn::LoadU(d, x + i)), d, angle + i);
+}
+
 void ExponentialMinus1(const float* x, float* result, std::size_t count) {
   const Float d;
   for (std::size_t i = 0; i < count; i += hn::Lanes(d))
@@ -118,6 +124,41 @@ void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& str
   }
 }
 
+void MeetPlanes(TriangleHits& hits) {
+  const hn::CappedTag<double, lanes> d;
+  const hn::Rebind<float, decltype(d)> f;
+  using V = hn::Vec<decltype(d)>;
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const auto corner = [&](const Lanes& x) { return hn::PromoteTo(d, hn::LoadU(f, &x[i])); };
+    const auto dot = [](const V* u, const V* v) {
+      return hn::MulAdd(u[0], v[0], hn::MulAdd(u[1], v[1], hn::Mul(u[2], v[2])));
+    };
+    V a[3], ab[3], ac[3], direction[3], offset[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = corner(hits.a[k]);
+      ab[k] = hn::Sub(corner(hits.b[k]), a[k]);
+      ac[k] = hn::Sub(corner(hits.c[k]), a[k]);
+      direction[k] = hn::LoadU(d, &hits.direction[k][i]);
+      offset[k] = hn::Sub(a[k], hn::LoadU(d, &hits.origin[k][i]));
+    }
+    V normal[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t u = (k + 1) % 3, v = (k + 2) % 3;
+      normal[k] = hn::Sub(hn::Mul(ab[u], ac[v]), hn::Mul(ab[v], ac[u]));
+    }
+    V scale = hn::Div(hn::Set(d, 1), hn::Sqrt(dot(normal, normal)));
+    // Towards the ray's origin.
+    scale = hn::CopySign(scale, hn::Neg(dot(normal, direction)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal[k] = hn::Mul(normal[k], scale);
+      hn::StoreU(normal[k], d, &hits.normal[k][i]);
+    }
+    const V slope = dot(normal, direction);
+    hn::StoreU(hn::Div(dot(normal, offset), slope), d, &hits.range[i]);
+    hn::StoreU(hn::Min(hn::Set(d, 1), hn::Neg(slope)), d, &hits.cosine[i]);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace minescan
 HWY_AFTER_NAMESPACE();
@@ -127,7 +168,9 @@ namespace minescan {
 
 HWY_EXPORT(SineCosine);
 HWY_EXPORT(ArcTangent);
+HWY_EXPORT(ArcCosine);
 HWY_EXPORT(ExponentialMinus1);
+HWY_EXPORT(MeetPlanes);
 HWY_EXPORT(FourNormals);
 
 void sine_cosine(const float* angle, float* sine, float* cosine, std::size_t count) {
@@ -136,6 +179,10 @@ void sine_cosine(const float* angle, float* sine, float* cosine, std::size_t cou
 void arc_tangent(const float* y, const float* x, float* angle, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ArcTangent)(y, x, angle, count);
 }
+void arc_cosine(const float* x, float* angle, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(ArcCosine)(x, angle, count);
+}
+void meet_planes(TriangleHits& hits) { HWY_DYNAMIC_DISPATCH(MeetPlanes)(hits); }
 void exponential_minus_1(const float* x, float* result, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ExponentialMinus1)(x, result, count);
 }
