@@ -106,7 +106,8 @@ Kinematics::Kinematics(const Scanner& scanner)
     const Matrix3d turn_mount = turn * mount;
     rings_.push_back(
         {.origin = turn * s.lever,
-         .nominal = turn_mount * (std::cos(nominal) * axes.start + std::sin(nominal) * axes.sideways),
+         .nominal =
+             turn_mount * (std::cos(nominal) * axes.start + std::sin(nominal) * axes.sideways),
          .beam = turn_mount *
                  (inside * (std::cos(angle) * axes.start + std::sin(angle) * axes.sideways)),
          .turned = turn_mount *
@@ -130,8 +131,7 @@ Kinematics::Plane Kinematics::plane(int column, double jitter) const {
   const double angle = middle(s.motion_start, s.motion_end, column, s.planes);
   Plane plane{.column = column, .nominal = head_rotation(s.motion, angle)};
   plane.actual = plane.nominal;
-  if (s.motion_jitter > 0)
-    plane.actual = head_rotation(s.motion, angle + s.motion_jitter * jitter);
+  if (s.motion_jitter > 0) plane.actual = head_rotation(s.motion, angle + s.motion_jitter * jitter);
   if (s.axis_tilt != 0)
     plane.actual =
         rotation(s.axis_tilt * (s.motion == Motion::yaw ? Vector3d::UnitX() : Vector3d::UnitZ())) *

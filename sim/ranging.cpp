@@ -62,10 +62,9 @@ Ranging::Ranging(const Scanner& scanner) : scanner_(scanner) {
   const Scanner& s = scanner_;
   if (s.ranging != RangingKind::phase) return;
   for (std::size_t k = 0; k < s.tones.size(); ++k)
-    tones_.push_back(
-        {.interval = s.tones[k],
-         .per_metre = 1 / s.tones[k],
-         .depth = s.tone_depths.empty() ? 1 : static_cast<float>(s.tone_depths[k])});
+    tones_.push_back({.interval = s.tones[k],
+                      .per_metre = 1 / s.tones[k],
+                      .depth = s.tone_depths.empty() ? 1 : static_cast<float>(s.tone_depths[k])});
   // Of block 0: range noise, two of the finest tone. Two tones in each further one.
   blocks_ = 1 + tones_.size() / 2;
   phase_steps_ = std::ldexp(1.0, s.phase_bits);
@@ -88,10 +87,10 @@ void Ranging::measure(const Light& light, std::span<Echoes> echoes) const {
   }
   const auto& normals = light.normals[0];
   for (std::size_t i = 0; i < light.beams; ++i)
-    echoes[i] = light.of(i).empty() ? Echoes{}
-                                    : measure_pulse(light.of(i),
-                                                    {normals[0][i], normals[1][i], normals[2][i]},
-                                                    bias(light.age[i]));
+    echoes[i] = light.of(i).empty()
+                    ? Echoes{}
+                    : measure_pulse(light.of(i), {normals[0][i], normals[1][i], normals[2][i]},
+                                    bias(light.age[i]));
 }
 
 void Ranging::measure_phase(const Light& light, std::span<Echoes> echoes) const {
@@ -167,8 +166,7 @@ void Ranging::measure_phase(const Light& light, std::span<Echoes> echoes) const 
       if (s.phase_bits > 0) turns = phase_step_ * nearest_integer(turns * phase_steps_);
       const double range = turns * tone.interval;
       // The period of this tone nearest to what the coarser ones say.
-      measured[i] =
-          range + tone.interval * nearest_integer((measured[i] - range) * tone.per_metre);
+      measured[i] = range + tone.interval * nearest_integer((measured[i] - range) * tone.per_metre);
     }
   }
 
@@ -228,8 +226,8 @@ Echoes Ranging::measure_pulse(std::span<const Facet> facets,
     if (echo) echoes.echo[echoes.count++] = *echo;
   };
   if (facets.size() == 1) {
-    report(pulse_echo(facets[0].range, amplitude(s, facets[0].range, facets[0].signal),
-                      normal[0], bias));
+    report(pulse_echo(facets[0].range, amplitude(s, facets[0].range, facets[0].signal), normal[0],
+                      bias));
     return echoes;
   }
 
@@ -278,18 +276,15 @@ Echoes Ranging::measure_pulse(std::span<const Facet> facets,
   for (std::size_t p = 0; p < count; ++p) strongest[p] = static_cast<std::uint8_t>(p);
   const std::size_t reported = std::min(count, static_cast<std::size_t>(s.returns));
   const auto end = strongest.begin() + static_cast<std::ptrdiff_t>(reported);
-  std::partial_sort(strongest.begin(), end,
-                    strongest.begin() + static_cast<std::ptrdiff_t>(count),
-                    [&](std::uint8_t a, std::uint8_t b) {
-                      return pulses[a].all.light > pulses[b].all.light;
-                    });
+  std::partial_sort(
+      strongest.begin(), end, strongest.begin() + static_cast<std::ptrdiff_t>(count),
+      [&](std::uint8_t a, std::uint8_t b) { return pulses[a].all.light > pulses[b].all.light; });
   std::sort(strongest.begin(), end);
   for (std::size_t k = 0; k < reported; ++k) {
     const Pulse& pulse = pulses[strongest[k]];
     const bool captured = pulse.strongest.light >= s.pulse_capture * pulse.all.light;
     const Surface& seen = captured ? pulse.strongest : pulse.all;
-    std::optional<Echo> echo =
-        pulse_echo(seen.moment / seen.light, seen.light, normal[k], bias);
+    std::optional<Echo> echo = pulse_echo(seen.moment / seen.light, seen.light, normal[k], bias);
     if (!echo) continue;
     if (count > 1 || pulse.surfaces > 1) echo->flags |= flag_mixed_pixel;
     echo->facet = seen.first;

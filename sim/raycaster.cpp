@@ -135,8 +135,8 @@ RTCRayHit single_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direc
   return r;
 }
 
-// Hits in double precision, given what Embree found: the triangle of each, none of them no_triangle,
-// and its range.
+// Hits in double precision, given what Embree found: the triangle of each, none of them
+// no_triangle, and its range.
 template <std::size_t count>
 void refine(const TriangleMesh& mesh, std::span<const Ray> rays,
             const std::array<std::uint32_t, count>& triangles,
@@ -326,8 +326,7 @@ void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
   impl_->intersect(rays, max_range, found);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-      const Hit hit =
-          impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
+      const Hit hit = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
       glances[i] = {.triangle = hit.triangle,
                     .range = static_cast<float>(hit.range),
                     .cosine = static_cast<float>(hit.cosine)};

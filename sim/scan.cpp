@@ -109,7 +109,7 @@ struct Carrier {
 
 // The points of some columns: those of column c lie from place c * plane_beams * returns on.
 struct Strip {
-  Scan points = {};  // its arrays only
+  Scan points = {};                              // its arrays only
   std::array<std::size_t, tile_size> kept = {};  // of each column
   std::size_t columns = 0;
 };
@@ -163,8 +163,8 @@ Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const 
       scanner.divergence_across > 0 ? scanner.divergence_across : scanner.divergence;
   // Diameters and full angles: half of them for radii.
   const Vector3d spot = scanner.spot / 2 * (place.along * along + place.across * across);
-  const Vector3d spread = place.along * scanner.divergence / 2 * along +
-                          place.across * divergence_across / 2 * across;
+  const Vector3d spread =
+      place.along * scanner.divergence / 2 * along + place.across * divergence_across / 2 * across;
   return {axis.origin + spot, (axis.direction + spread).normalized()};
 }
 
@@ -196,8 +196,8 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
     const auto leaves_plane = [&](std::size_t k) {
       if (f.glances[k].triangle == no_triangle) return true;
       const Vector3d on_plane = axes[i].origin + hits[i].range * axes[i].direction;
-      const double expected = hits[i].normal.dot(on_plane - f.rays[k].origin) /
-                              hits[i].normal.dot(f.rays[k].direction);
+      const double expected =
+          hits[i].normal.dot(on_plane - f.rays[k].origin) / hits[i].normal.dot(f.rays[k].direction);
       // True for NaN.
       return !(std::abs(expected - static_cast<double>(f.glances[k].range)) <= edge_tolerance);
     };
@@ -248,8 +248,8 @@ void Sweep::scan_strip(int first, int count, Strip& strip) const {
       for (int r = first_ring; r < first_ring + ring_count; ++r, ++rays) {
         shots[rays].ring = r;
         shots[rays].column = c;
-        beams[rays] = (static_cast<std::size_t>(first) + c) * plane_beams +
-                      static_cast<std::size_t>(r);
+        beams[rays] =
+            (static_cast<std::size_t>(first) + c) * plane_beams + static_cast<std::size_t>(r);
       }
     if (noisy)
       for (std::size_t block = 0; block < ranging.blocks(); ++block)
@@ -258,8 +258,7 @@ void Sweep::scan_strip(int first, int count, Strip& strip) const {
       Shot& shot = shots[i];
       const Kinematics::Plane& plane = planes[shot.column];
       shot.time = kinematics.time(shot.ring, plane.column);
-      shot.beam =
-          kinematics.actual(plane, shot.ring, static_cast<double>(light.normals[0][3][i]));
+      shot.beam = kinematics.actual(plane, shot.ring, static_cast<double>(light.normals[0][3][i]));
       if (carrier.path) {
         const Pose T_start_scanner =
             carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(shot.time);
@@ -341,8 +340,7 @@ void Sweep::scan_strip(int first, int count, Strip& strip) const {
                     : Vector3d(R_start_world * (ray.origin + hit.range * ray.direction -
                                                 carrier.T_world_start.translation())))
                 .cast<float>();
-        out.incidence[to] =
-            k == 0 ? incidences[i] : std::acos(static_cast<float>(hit.cosine));
+        out.incidence[to] = k == 0 ? incidences[i] : std::acos(static_cast<float>(hit.cosine));
         out.true_normal[to] = (R_start_world * hit.normal).cast<float>();
         out.triangle[to] = hit.triangle;
         out.material[to] = mesh.material[hit.triangle];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 #include <vector>
+
 #include "core/pose.h"
 namespace minescan {
 struct Trajectory {
@@ -11,7 +12,8 @@ class SmoothPath {
  public:
   explicit SmoothPath(Trajectory t) : t_(std::move(t)) {}
   Pose at(double) const { return t_.poses.at(0); }
+
  private:
   Trajectory t_;
 };
-}
+}  // namespace minescan

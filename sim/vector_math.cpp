@@ -38,8 +38,8 @@ void ArcTangent(const float* y, const float* x, float* angle, std::size_t count)
     const Vector ay = hn::Abs(vy);
     const Vector ax = hn::Abs(vx);
     const Vector high = hn::Max(ax, ay);
-    const Vector ratio = hn::IfThenElseZero(hn::Gt(high, hn::Zero(d)),
-                                            hn::Div(hn::Min(ax, ay), high));
+    const Vector ratio =
+        hn::IfThenElseZero(hn::Gt(high, hn::Zero(d)), hn::Div(hn::Min(ax, ay), high));
     Vector a = hn::Atan(d, ratio);
     a = hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(d, pi / 2), a), a);
     a = hn::IfThenElse(hn::Lt(vx, hn::Zero(d)), hn::Sub(hn::Set(d, pi), a), a);
@@ -59,8 +59,8 @@ void ExponentialMinus1(const float* x, float* result, std::size_t count) {
     hn::StoreU(hn::Expm1(d, hn::LoadU(d, x + i)), d, result + i);
 }
 
-// Philox4x32-10 (Salmon et al. 2011), a number of 32 bits in each lane of 64. Test: the same bits as
-// Random.
+// Philox4x32-10 (Salmon et al. 2011), a number of 32 bits in each lane of 64. Test: the same bits
+// as Random.
 void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& streams,
                  std::uint64_t block, std::array<Lanes, 4>& result) {
   const hn::CappedTag<std::uint64_t, lanes> d;

@@ -14,7 +14,8 @@ namespace minescan {
 inline constexpr std::size_t lanes = 16;
 using Lanes = std::array<float, lanes>;
 
-/// sine[i] and cosine[i] of angle[i], radians, |angle[i]| <= 10000; error up to 2e-7 + 1e-7 |angle|.
+/// sine[i] and cosine[i] of angle[i], radians, |angle[i]| <= 10000; error up to 2e-7 + 1e-7
+/// |angle|.
 void sine_cosine(const float* angle, float* sine, float* cosine, std::size_t count);
 
 /// The angle of (x[i], y[i]) in (-pi, pi], 0 for (0, 0); error up to 5e-7.
@@ -35,10 +36,10 @@ void four_normals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& st
 /// Rays and the triangles that they meet; [0], [1], [2] are x, y, z.
 struct TriangleHits {
   using Doubles = std::array<double, lanes>;
-  std::array<Lanes, 3> a, b, c;             // corners
+  std::array<Lanes, 3> a, b, c;              // corners
   std::array<Doubles, 3> origin, direction;  // direction: unit
   std::array<Doubles, 3> normal;             // result: unit, on the side that the ray came from
-  Doubles range, cosine;                     // result: to the triangle's plane, and of the incidence
+  Doubles range, cosine;  // result: to the triangle's plane, and of the incidence
 };
 void meet_planes(TriangleHits& hits);
 
