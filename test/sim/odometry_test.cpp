@@ -121,6 +121,14 @@ TEST(Odometry, VariancesAreThoseOfTheModel) {
   EXPECT_NEAR(s.distance, 0.01 * 0.6, tolerance * 0.006);
 }
 
+// 5 mm to the side: no quarter of a turn there and back.
+TEST(Odometry, TurnsOnTheSpotThoughItDriftsALittle) {
+  OdometryOptions options = no_noise;
+  options.rotation_from_rotation = 0.01;
+  options.slip_probability = 0;
+  EXPECT_NEAR(spread_of_step(flat(0, 0.005, 0.8), options).yaw, 0.1 * 0.8, 0.045 * 0.08);
+}
+
 TEST(Odometry, DrivesBackwardsWithoutTurningAbout) {
   OdometryOptions options = no_noise;
   options.rotation_from_rotation = 1;  // would be seen at any turn

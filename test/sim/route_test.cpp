@@ -168,9 +168,22 @@ TEST(Route, NeitherJumpsNorTurnsAwayFromItsHeading) {
       const double middle = (here.heading + next.heading) / 2;
       EXPECT_NEAR(step.x() * std::sin(middle) - step.y() * std::cos(middle), 0, 1e-9 * h + 1e-13);
       EXPECT_LT(std::abs(here.heading - before.heading), 0.05 / 0.3);
+      // Where one piece ends the next begins: heights rise by 1 in 10 at most.
+      EXPECT_LT((here.position - before.position).norm(), 0.05 * 1.006);
       before = here;
     }
   }
+}
+
+TEST(Route, TurnsToEitherSide) {
+  const Route route({{0, 0, 0}, {10, 0, 0}, {10, -10, 0}, {20, -10, 0}}, false, 2);
+  EXPECT_LT((route.at(8 + pi / 2).position -
+             Eigen::Vector3d(10 - 2 + std::sqrt(2.0), -2 + std::sqrt(2.0), 0))
+                .norm(),
+            1e-12);
+  EXPECT_NEAR(route.at(8 + pi + 1).heading, -pi / 2, 1e-12);
+  EXPECT_NEAR(route.at(route.length()).heading, 0, 1e-12);
+  EXPECT_LT((route.at(route.length()).position - Eigen::Vector3d(20, -10, 0)).norm(), 1e-12);
 }
 
 TEST(Route, CornersAreAsWideAsTheLegsAllow) {

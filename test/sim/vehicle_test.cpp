@@ -122,7 +122,7 @@ TEST(StandClear, StepsAsideOnlyWhereItMust) {
   const Ground slope = everywhere([](double x, double) { return 0.09 * x; });
   EXPECT_EQ(stand_clear(options, slope, {1, 2, 0}, 0.3).matrix(),
             stand(options, slope, {1, 2, 0}, 0.3).matrix());
-  // A kerb of 0.2 m below the left wheels, y > 0.15: half a metre of track to the right is clear.
+  // A kerb of 0.2 m below the left wheels, y > 0.15: a step to the right is clear of it.
   const Ground kerb = everywhere([](double, double y) { return y > 0.15 ? 0.2 : 0.0; });
   const Pose aside = stand_clear(options, kerb, {0, 0, 0}, 0);
   EXPECT_LT((aside.translation() - Eigen::Vector3d(0, -0.1, 1)).norm(), 1e-12);
@@ -132,6 +132,14 @@ TEST(StandClear, StepsAsideOnlyWhereItMust) {
              Eigen::Vector3d(0, -0.1, 1))
                 .norm(),
             1e-12);
+}
+
+TEST(StandClear, TriesTheLeftFirst) {
+  const VehicleOptions options{.wheel_patch = 0, .max_tilt = 0.1, .sidestep = 0.5};
+  // A stone below the left wheels, 0.2 m beside the line: 0.1 m to either side clears it.
+  const Ground stone =
+      everywhere([](double, double y) { return std::abs(y - 0.2) < 0.05 ? 0.2 : 0.0; });
+  EXPECT_NEAR(stand_clear(options, stone, {0, 0, 0}, 0).translation().y(), 0.1, 1e-12);
 }
 
 TEST(StandClear, TakesTheFlattestIfNoneIsFlatEnough) {
