@@ -21,8 +21,9 @@ namespace minescan {
 /// both turns^2). In a step with a slip the noise is multiplied.
 ///
 /// The numbers are chosen for steps of 4 to 5 m to err by about 0.12 m and 0.02 rad in the median
-/// and, of 50, by about 1.5 m and 0.2 rad at worst: the errors in section 5.1 of Magnusson et al.
-/// 2007. Without slips no numbers give both.
+/// and, of 50, by about 1.5 m and 0.2 rad at worst: the size of the errors in section 5.1 of
+/// Magnusson et al. 2007. Without slips no numbers give both. That is for straight steps on level
+/// ground: corners add to it, and on a rough floor the tilt that odometry does not see.
 struct OdometryOptions {
   double rotation_from_rotation = 0.02;        // rad^2 per rad^2
   double rotation_from_translation = 2e-5;     // rad^2 per m^2
