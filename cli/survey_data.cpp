@@ -23,10 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Seconds between the starts of two scans: a vehicle that stops, scans for half a minute and drives
-// on (assumed); only the order of the trajectories' lines depends on it.
-constexpr double scan_interval = 60;
-
 // A source point counts as seen by the target if a target point is this near, in metres: a few
 // times the distance between neighbouring beams at 20 m (assumed).
 constexpr double overlap_distance = 0.5;
@@ -43,28 +39,6 @@ double overlap(const KdTree& target, const PointCloud& source, const Pose& T_tar
   for (const std::size_t n : near) count += n;
   return static_cast<double>(count) /
          static_cast<double>(std::max<std::size_t>(1, source.points.size()));
-}
-
-// The believed poses: each step errs by a normal amount in its own frame.
-std::vector<Pose> odometry_of(const Survey& survey, std::uint64_t seed) {
-  std::vector<Pose> believed;
-  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
-    const Pose& here = survey.stations[k].T_world_scanner;
-    if (k == 0) {
-      believed.push_back(here);
-      continue;
-    }
-    Random random(derived_seed(seed, "odometry"), k);
-    const auto normal = [&](double sigma) {
-      const double x = random.normal(), y = random.normal(), z = random.normal();
-      return Eigen::Vector3d(sigma * x, sigma * y, sigma * z);
-    };
-    Pose step = survey.stations[k - 1].T_world_scanner.inverse() * here;
-    step.translation() += normal(survey.odometry_translation);
-    step.linear() = step.linear() * rotation_exp(normal(survey.odometry_rotation));
-    believed.push_back(normalized(believed.back() * step));
-  }
-  return believed;
 }
 
 DataSetPair measured_pair(const Survey& survey, const StationPair& pair, const SurveyData& data) {

@@ -264,7 +264,30 @@ Survey room_and_pillar() {
   return survey;
 }
 
+// The loop of the paper's section 5.1: steps of 4 to 5 m round about 330 m, scans 16 to 66 used, so
+// 50 pairs. How many there were is not told.
+Survey kvarntorp_loop() {
+  Survey survey{
+      .name = "kvarntorp-loop",
+      .description = "the paper's KVARNTORP-LOOP: 80 scans round a loop of 330 m, 50 pairs",
+      .scene = "kvarntorp-loop",
+      .drive = Drive{.along = {"south", "link-east", "north-east", "north-west", "link-west"},
+                     .closed = true,
+                     .scans = 80},
+      .guess = Guess::odometry,
+  };
+  for (std::size_t k = 16; k < 66; ++k) survey.pairs.push_back({.target = k, .source = k + 1});
+  return survey;
+}
+
 std::vector<Survey> make_surveys() {
+  // The paper's outlook: scans while driving. Slow, so that a scan of 7 s is done by the next stop,
+  // and round the smaller stones.
+  Survey moving = kvarntorp_loop();
+  moving.name = "kvarntorp-loop-moving";
+  moving.description = "the same, scanned without stopping: 80 scans that the motion distorts";
+  moving.drive->moving = true;
+
   return {
       // Section 5.1 of the paper: two scans of different resolution from one place. The numbers of
       // beams are assumed, for 72 417 and 139 642 points. The scanner's height is assumed.
@@ -282,7 +305,11 @@ std::vector<Survey> make_surveys() {
        .scene = "tunnel",
        .stations = {{.scanner = "optab-pitching", .T_world_scanner = at(-2, 0, 2)},
                     {.scanner = "optab-pitching", .T_world_scanner = at(2, 0, 2)}},
-       .pairs = {{.target = 0, .source = 1}}},
+       .pairs = {{.target = 0, .source = 1}},
+       // Section 5.1: marks on the scanner, seen from an instrument with a fixed place.
+       .guess = Guess::total_station},
+      kvarntorp_loop(),
+      moving,
       room_and_pillar(),
   };
 }
