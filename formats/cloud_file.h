@@ -71,7 +71,7 @@ std::vector<Eigen::Vector3d> parse_npy(std::string_view bytes, const std::string
 std::string print_npy(const std::vector<Eigen::Vector3d>& points);
 
 /// ASPRS LAS 1.0 to 1.4, not compressed; any point format, of which the coordinates are read.
-/// Written as print_las of formats/las.h says, rounded to 0.1 mm.
+/// Written as print_las of formats/las.h says, rounded to 0.01 mm.
 std::vector<Eigen::Vector3d> parse_las(std::string_view bytes, const std::string& name);
 std::string print_las(const std::vector<Eigen::Vector3d>& points);
 

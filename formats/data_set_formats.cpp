@@ -220,7 +220,7 @@ const std::vector<DataSetFormat>& data_set_formats() {
   static const std::vector<DataSetFormat> table = {
       {"pcd", "PCL: all columns with the truth, organised where beams lie on a grid", pcd_scan,
        nothing},
-      {"las", "LAS 1.2 in steps of 0.1 mm: intensity, time, return, flags", las_scan, nothing},
+      {"las", "LAS 1.2 in steps of 0.01 mm: intensity, time, return, flags", las_scan, nothing},
       {"npy", "NumPy: all columns with the truth, float64; columns.txt names them", npy_scan,
        nothing},
       {"uos", "3DTK: scan000.3d and scan000.pose (exact), left-handed, centimetres", uos_scan,

@@ -24,7 +24,7 @@ constexpr std::size_t at_version = 24, at_system = 26, at_software = 58, at_head
 // Bytes of a point of format 0, 1, ... 10.
 constexpr std::size_t record_sizes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
 
-constexpr double scale = 1e-4;  // metres
+constexpr double scale = 1e-5;  // metres
 
 // Copies text into a field of zeros.
 void put_text(char* field, std::string_view text) {

@@ -20,11 +20,11 @@ struct LasPoint {
   double time = 0;             // seconds
 };
 
-/// A LAS 1.2 file of point format 1. Coordinates are rounded to 0.1 mm, so they are off by at most
-/// 0.05 mm; the offset is the middle of the points in whole metres. The same points give the same
+/// A LAS 1.2 file of point format 1. Coordinates are rounded to 0.01 mm, so they are off by at most
+/// 0.005 mm; the offset is the middle of the points in whole metres. The same points give the same
 /// bytes: the file has no date. `system` (at most 32 characters are kept) says what measured them.
 ///
-/// throws  std::invalid_argument for a coordinate that is not finite or more than 214 km from the
+/// throws  std::invalid_argument for a coordinate that is not finite or more than 21 km from the
 ///         middle, or more than 2^32 - 1 points
 std::string print_las(const std::vector<LasPoint>& points, std::string_view system);
 

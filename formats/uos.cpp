@@ -90,8 +90,9 @@ std::string print_uos_pose(const Pose& T_world_scanner) {
   const double y = std::atan2(R(0, 2), std::hypot(R(0, 0), R(0, 1)));
   const double z = std::atan2(std::cos(x) * R(1, 0) + std::sin(x) * R(2, 0),
                               std::cos(x) * R(1, 1) + std::sin(x) * R(2, 1));
-  return fmt::format("{} {} {}\n{} {} {}\n", t.x(), t.y(), t.z(), x / degree, y / degree,
-                     z / degree);
+  // Adding 0 turns -0 into 0.
+  return fmt::format("{} {} {}\n{} {} {}\n", t.x() + 0, t.y() + 0, t.z() + 0, x / degree + 0,
+                     y / degree + 0, z / degree + 0);
 }
 
 }  // namespace minescan
