@@ -11,6 +11,7 @@
 #include "eval/metrics.h"
 #include "eval/study.h"
 #include "formats/cloud_file.h"
+#include "formats/data_set_formats.h"
 #include "registration/methods.h"
 #include "scenes/scene.h"
 #include "sim/scanner.h"
@@ -85,6 +86,8 @@ const Listing listings[] = {
        std::vector<Item> items;
        for (const CloudFormat& row : cloud_formats())
          items.push_back({row.extension, row.description});
+       for (const DataSetFormat& row : data_set_formats())
+         items.push_back({row.name, "survey --format: " + row.description});
        return items;
      }},
 };

@@ -127,6 +127,8 @@ int run(const State& state, const Common& common) {
 
 Command register_command() {
   const auto state = std::make_shared<State>();
+  std::string extensions;
+  for (const CloudFormat& format : cloud_formats()) extensions += " " + format.extension;
   return {
       .name = "register",
       .summary = "find the pose of one scan in another",
@@ -137,7 +139,7 @@ Command register_command() {
           "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n"
           "Settings: minescan list methods\n",
       .arguments =
-          {{"TARGET", "FILE", "the scan that stays: .ply .pcd .xyz", false, &state->target},
+          {{"TARGET", "FILE", "the scan that stays:" + extensions, false, &state->target},
            {"SOURCE", "FILE", "the scan that is moved", false, &state->source},
            {"--method", "NAME", "see minescan list methods; default ndt", false, &state->method},
            {"--guess", "POSE",

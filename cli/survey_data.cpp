@@ -52,6 +52,13 @@ DataSetPair measured_pair(const Survey& survey, const StationPair& pair, const S
       .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]};
 }
 
+void write_files(const fs::path& folder, const std::vector<DataSetFile>& files) {
+  for (const DataSetFile& file : files) {
+    fs::create_directories((folder / file.path).parent_path());
+    write_file(folder / file.path, file.bytes);
+  }
+}
+
 bool is_survey_folder(const fs::path& folder) { return fs::exists(folder / "survey.yaml"); }
 
 // Pairs of a folder. What decides the points is what the files hold.
@@ -114,16 +121,18 @@ SurveyData make_survey(const SurveyConfig& config, bool quiet, bool keep_clouds,
 }
 
 SurveyData write_survey(const fs::path& folder, const SurveyConfig& config, bool quiet,
-                        bool keep_clouds, bool replace) {
+                        bool keep_clouds, bool replace, const std::vector<DataSetFormat>& formats) {
   if (replace && fs::exists(folder) && !is_survey_folder(folder) && !fs::is_empty(folder))
     throw std::runtime_error(folder.string() +
                              ": is not the folder of a survey; it stays as it is");
   OutputFolder output(folder, replace);
   const fs::path& path = output.temporary_path();
   fs::create_directory(path / "scans");
-  const SurveyData data = make_survey(
-      config, quiet, keep_clouds,
-      [&](std::size_t k, const Scan& scan) { write_file(path / scan_file(k), print_scan(scan)); });
+  const SurveyData data =
+      make_survey(config, quiet, keep_clouds, [&](std::size_t k, const Scan& scan) {
+        write_file(path / scan_file(k), print_scan(scan));
+        for (const DataSetFormat& format : formats) write_files(path, format.scan_files(k, scan));
+      });
   std::vector<double> times;
   std::vector<Pose> truth;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
@@ -133,6 +142,12 @@ SurveyData write_survey(const fs::path& folder, const SurveyConfig& config, bool
   write_file(path / "truth.tum", print_tum(times, truth));
   write_file(path / "odometry.tum", print_tum(times, data.odometry));
   write_file(path / "pairs.csv", print_pairs(data.pairs));
+  for (const DataSetFormat& format : formats)
+    write_files(path, format.summary_files({.name = config.survey.name,
+                                            .times = times,
+                                            .truth = truth,
+                                            .odometry = data.odometry,
+                                            .pairs = data.pairs}));
   write_file(path / "scene.json", data.scene_json);
   write_file(path / "survey.yaml", fmt::format("# minescan {}, {}\n{}", version(), machine_text(),
                                                survey_config_yaml(config)));

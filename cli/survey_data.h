@@ -14,6 +14,7 @@
 #include "core/cloud.h"
 #include "eval/trial.h"
 #include "formats/data_set.h"
+#include "formats/data_set_formats.h"
 
 namespace minescan {
 
@@ -37,9 +38,10 @@ SurveyData make_survey(const SurveyConfig& config, bool quiet, bool keep_clouds,
 
 /// The same, written as the folder of formats/data_set.h scan by scan; it appears when it is
 /// complete. `replace` allows to replace the folder of another survey (and nothing else); a folder
-/// that exists is refused otherwise, before any work.
+/// that exists is refused otherwise, before any work. `formats` are written beside.
 SurveyData write_survey(const std::filesystem::path& folder, const SurveyConfig& config, bool quiet,
-                        bool keep_clouds, bool replace);
+                        bool keep_clouds, bool replace,
+                        const std::vector<DataSetFormat>& formats = {});
 
 /// The pairs of a survey for registration, with their points: called by the survey, with "/k"
 /// behind where it has several. `data` has all clouds.

@@ -19,13 +19,27 @@ const std::vector<CloudFormat>& cloud_formats() {
        print_pcd},
       {".xyz", "text, one point per line: x y z, further columns ignored, # begins a comment",
        parse_xyz, print_xyz},
+      {".csv", "text with columns x, y, z; comma, semicolon, tab or blanks between them", parse_csv,
+       print_csv},
+      {".npy", "NumPy array, N x 3 or wider, float32 or float64", parse_npy, print_npy},
+      {".las", "ASPRS LAS 1.0 to 1.4, not compressed; written as 1.2 in steps of 0.01 mm",
+       parse_las, [](const auto& points) { return print_las(points); }},
+      {".bin", "KITTI scan: x y z reflectance, float32", parse_kitti,
+       [](const auto& points) { return print_kitti(points); }},
+      {".3d", "3DTK scan (uos): text, left-handed, centimetres; turned into our axes", parse_uos,
+       [](const auto& points) { return print_uos(points); }},
   };
   return table;
 }
 
-const CloudFormat& find_cloud_format(const std::filesystem::path& path) {
+std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+const CloudFormat& find_cloud_format(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
   std::vector<std::string> known;
   for (const CloudFormat& format : cloud_formats()) {
     if (format.extension == extension) return format;

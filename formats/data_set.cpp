@@ -3,51 +3,34 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <iterator>
 #include <stdexcept>
 
 #include "core/input_file.h"
 #include "core/text.h"
+#include "formats/cloud_file.h"
 #include "formats/columns.h"
+#include "formats/scan_columns.h"
+#include "formats/uos.h"
 
 namespace minescan {
 namespace {
 
-// One property of the vertices of a scan's file and how its bytes are appended.
-struct Column {
-  const char* type;
-  const char* name;
-  void (*append)(std::string& bytes, const Scan& scan, std::size_t i);
-};
-
-template <class T>
-void put(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+// Names of the types of numbers in PLY files.
+std::string_view ply_type(NumberType type) {
+  switch (type) {
+    case NumberType::float32:
+      return "float";
+    case NumberType::float64:
+      return "double";
+    case NumberType::uint32:
+      return "uint";
+    case NumberType::uint8:
+      return "uchar";
+    default:
+      throw std::invalid_argument("ply_type: no column of a scan is of this type");
+  }
 }
-
-constexpr Column columns[] = {
-    {"float", "x",
-     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].x())); }},
-    {"float", "y",
-     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].y())); }},
-    {"float", "z",
-     [](auto& b, auto& s, auto i) { put(b, static_cast<float>(s.cloud.points[i].z())); }},
-    {"float", "intensity", [](auto& b, auto& s, auto i) { put(b, s.intensity[i]); }},
-    {"double", "time", [](auto& b, auto& s, auto i) { put(b, s.time[i]); }},
-    {"uint", "ring", [](auto& b, auto& s, auto i) { put(b, s.ring[i]); }},
-    {"uint", "column", [](auto& b, auto& s, auto i) { put(b, s.column[i]); }},
-    {"double", "true_range", [](auto& b, auto& s, auto i) { put(b, s.true_range[i]); }},
-    {"double", "range", [](auto& b, auto& s, auto i) { put(b, s.range[i]); }},
-    {"float", "incidence", [](auto& b, auto& s, auto i) { put(b, s.incidence[i]); }},
-    {"float", "nx", [](auto& b, auto& s, auto i) { put(b, s.true_normal[i].x()); }},
-    {"float", "ny", [](auto& b, auto& s, auto i) { put(b, s.true_normal[i].y()); }},
-    {"float", "nz", [](auto& b, auto& s, auto i) { put(b, s.true_normal[i].z()); }},
-    {"uint", "triangle", [](auto& b, auto& s, auto i) { put(b, s.triangle[i]); }},
-    {"uchar", "material", [](auto& b, auto& s, auto i) { put(b, s.material[i]); }},
-    {"uchar", "flags", [](auto& b, auto& s, auto i) { put(b, s.flags[i]); }},
-};
 
 constexpr std::string_view pairs_header =
     "target,source,overlap,"
@@ -65,15 +48,24 @@ Pose pose_of(const std::vector<double>& values, std::size_t first) {
 std::filesystem::path scan_file(std::size_t index) { return fmt::format("scans/{:04}.ply", index); }
 
 std::string print_scan(const Scan& scan) {
+  const std::vector<ScanColumn> columns = scan_columns(scan);
+  const std::size_t points = scan.cloud.points.size();
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment scene {}\ncomment scanner {}\ncomment metres, "
-      "scanner frame: x forward, y left, z up\nelement vertex {}\n",
-      scan.scene, scan.scanner, scan.cloud.points.size());
-  for (const Column& column : columns)
-    fmt::format_to(std::back_inserter(bytes), "property {} {}\n", column.type, column.name);
+      "scanner frame: x forward, y left, z up\n",
+      scan.scene, scan.scanner);
+  if (scan.rings != 0 && scan.columns != 0)
+    fmt::format_to(std::back_inserter(bytes), "obj_info num_cols {}\nobj_info num_rows {}\n",
+                   scan.columns, scan.rings);
+  fmt::format_to(std::back_inserter(bytes), "element vertex {}\n", points);
+  for (const ScanColumn& column : columns)
+    fmt::format_to(std::back_inserter(bytes), "property {} {}\n", ply_type(column.type),
+                   column.name);
   bytes += "end_header\n";
-  for (std::size_t i = 0; i < scan.cloud.points.size(); ++i)
-    for (const Column& column : columns) column.append(bytes, scan, i);
+  const std::size_t header = bytes.size(), stride = row_size(columns);
+  bytes.resize(header + points * stride);
+  for (std::size_t i = 0; i < points; ++i)
+    write_row(columns, scan, i, bytes.data() + header + i * stride);
   return bytes;
 }
 
@@ -123,6 +115,7 @@ std::vector<DataSetPair> parse_pairs(std::string_view text, const std::string& n
 
 Pose read_pose(const std::filesystem::path& path) {
   const std::string text = read_file(path);
+  if (lower_extension(path) == ".pose") return parse_uos_pose(text, path.string());
   LineReader lines(text, path.string());
   std::string numbers;
   for (std::string_view line; lines.next(line);)

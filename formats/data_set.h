@@ -29,9 +29,14 @@ struct DataSetPair {
 /// "scans/0012.ply"
 std::filesystem::path scan_file(std::size_t index);
 
-/// A scan as binary PLY. Per vertex: x y z (float, m, scanner frame), intensity (float), time
-/// (double, s), ring, column (uint), true_range, range (double, m), incidence (float, rad), nx ny
-/// nz (float, true normal, scanner frame), triangle (uint), material, flags (uchar).
+/// A scan as binary PLY. Per vertex, in this order: x y z (float, m, as measured, scanner frame),
+/// intensity (float), time (double, s), ring, column (uint), true_range, range (double, m), true_x
+/// true_y true_z (float, m, where the beam really met the surface, scanner frame), incidence
+/// (float, rad), nx ny nz (float, true normal, scanner frame), triangle (uint), material, flags,
+/// echo (uchar); those that the scan does not have are left out. The grid of beams, if there is
+/// one, is told as in Stanford's range images: obj_info num_cols (planes) and num_rows (beams per
+/// plane). Throws std::invalid_argument if an attribute has another number of values than there are
+/// points.
 std::string print_scan(const Scan& scan);
 
 /// Lines "time tx ty tz qx qy qz qw" in the form of the TUM RGB-D benchmark, 17 significant digits.
@@ -42,6 +47,7 @@ std::string print_pairs(const std::vector<DataSetPair>& pairs);
 std::vector<DataSetPair> parse_pairs(std::string_view text, const std::string& name);
 
 /// A pose from a file: 16 (or 12) row-major numbers, or tx ty tz qx qy qz qw; # begins a comment.
+/// A file called *.pose is one of 3DTK (formats/uos.h) and gives T_world_scanner.
 /// Throws std::runtime_error naming the file.
 Pose read_pose(const std::filesystem::path& path);
 

@@ -170,7 +170,6 @@ std::vector<Eigen::Vector3d> parse_pcd(std::string_view bytes, const std::string
 }
 
 std::string print_pcd(const std::vector<Eigen::Vector3d>& points) {
-  // Single precision: PCL's point types hold no other.
   std::string bytes = fmt::format(
       "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {0}\n"
       "HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
