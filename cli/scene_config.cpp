@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/text.h"
+#include "scenes/named_parts.h"
 #include "sim/scanner.h"
 
 namespace minescan {
@@ -22,19 +23,34 @@ Field text_field(std::string name, std::string expected, std::string help, std::
           .canonical = std::move(canonical)};
 }
 
-// Numbers of the survey itself.
-struct SurveyNumbers {
+// Settings of the survey itself.
+struct SurveyOptions {
   std::uint64_t seed = 1;
+  Guess guess = Guess::normal;
   double odometry_translation = 0;
   double odometry_rotation = 0;
+  OdometryOptions odometry = {};
+  TotalStationOptions total_station = {};
 };
 template <class Visitor>
-void fields(SurveyNumbers& o, Visitor&& field) {
+void fields(SurveyOptions& o, Visitor&& field) {
   field("seed", o.seed, not_negative, "", "names every random choice");
+  field("guess", o.guess, "where the start poses of pairs come from");
   field("odometry-translation", o.odometry_translation, between(0, 100), "m",
-        "what odometry errs by per axis from one station to the next, one sigma");
+        "normal: errors per axis from one station to the next, one sigma");
   field("odometry-rotation", o.odometry_rotation, between(0, 3), "rad",
-        "what odometry errs by about each axis, one sigma");
+        "normal: errors about each axis, one sigma");
+  fields(o.odometry, under("odometry.", field));
+  fields(o.total_station, under("total-station.", field));
+}
+
+SurveyOptions options_of(const Survey& survey, std::uint64_t seed) {
+  return {.seed = seed,
+          .guess = survey.guess,
+          .odometry_translation = survey.odometry_translation,
+          .odometry_rotation = survey.odometry_rotation,
+          .odometry = survey.odometry,
+          .total_station = survey.total_station};
 }
 
 std::string same(std::string_view text) { return std::string(text); }
@@ -114,8 +130,7 @@ std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed,
   std::vector<Field> list;
   list.push_back(text_field("survey", "a name in `minescan list surveys`",
                             "the survey to start from", survey.name, same));
-  append(list,
-         fields_of(SurveyNumbers{seed, survey.odometry_translation, survey.odometry_rotation}));
+  append(list, fields_of(options_of(survey, seed)));
   list.push_back(text_field("pairs", "target-source, ...",
                             "which scans are registered, by the numbers of their stations",
                             pairs_text(survey.pairs), canonical_pairs));
@@ -125,16 +140,24 @@ std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed,
                         with_defaults(
                             find_scene(survey.scene).fields(merged(survey.scene_settings, more)),
                             survey.scene_settings)));
+  const auto scanner_fields = [&](const std::string& prefix, const std::string& scanner,
+                                  const Settings& settings) {
+    list.push_back(text_field(prefix + "scanner", "a name in `minescan list scanners`",
+                              "what stands there", scanner, same));
+    append(list, prefixed(prefix, with_defaults(fields_of(find_scanner(scanner)), settings)));
+  };
+  if (survey.drive) {
+    append(list, prefixed("drive.", fields_of(*survey.drive)));
+    append(list, prefixed("vehicle.", fields_of(survey.drive->vehicle)));
+    scanner_fields("drive.", survey.drive->scanner, survey.drive->settings);
+  }
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const Station& station = survey.stations[k];
     const std::string prefix = station_prefix(k);
-    list.push_back(text_field(prefix + "scanner", "a name in `minescan list scanners`",
-                              "what stands there", station.scanner, same));
     list.push_back(text_field(prefix + "pose", "tx,ty,tz,qx,qy,qz,qw",
                               "T_world_scanner, metres and a unit quaternion",
                               pose_text(station.T_world_scanner), canonical_pose));
-    append(list, prefixed(prefix, with_defaults(fields_of(find_scanner(station.scanner)),
-                                                station.settings)));
+    scanner_fields(prefix, station.scanner, station.settings);
   }
   return list;
 }
@@ -143,6 +166,29 @@ std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed,
 std::string said(const Config& config, const std::string& key) {
   Config copy = config;
   return take(copy, key, "");
+}
+
+// The scanner that `config` names under `prefix`, in place of another and its settings: a row of the
+// table, or a YAML file with a row to start from (its key `scanner`) and what differs from it.
+void take_scanner(const Config& config, const std::string& prefix, std::string& scanner,
+                  Settings& settings) {
+  const std::string wanted = said(config, prefix + "scanner");
+  if (wanted.empty() || wanted == scanner) return;
+  Config file = is_config_file(wanted) ? read_config(wanted) : Config{};
+  scanner = find_scanner(is_config_file(wanted) ? take(file, "scanner", "") : wanted).name;
+  settings = resolve(file, fields_of(find_scanner(scanner)));
+}
+
+// Of `settings`, those that are in `list`.
+Settings known_to(const std::vector<Field>& list, const Settings& settings) {
+  Settings known;
+  for (const auto& [name, text] : settings)
+    if (find_field(list, name)) known[name] = text;
+  return known;
+}
+template <class Options>
+Options with_known_settings(const Options& options, const Settings& settings) {
+  return with_settings(options, known_to(fields_of(options), settings));
 }
 
 // Station numbers in keys are 0, 1, ... without a gap; more than the survey has add stations, which
@@ -155,13 +201,23 @@ void add_stations(Survey& survey, const Config& config) {
   }
 }
 
+// Without pairs, each scan of a drive is registered to the one before.
+void complete_pairs(Survey& survey) {
+  if (survey.drive && survey.pairs.empty())
+    for (int k = 1; k < survey.drive->scans; ++k)
+      survey.pairs.push_back(
+          {.target = static_cast<std::size_t>(k - 1), .source = static_cast<std::size_t>(k)});
+}
+
 void check_pairs(const Survey& survey) {
+  const std::size_t scans = survey.drive ? static_cast<std::size_t>(survey.drive->scans)
+                                         : survey.stations.size();
   if (survey.pairs.empty()) throw std::invalid_argument("pairs: expected at least one pair");
   for (const StationPair& pair : survey.pairs)
-    if (std::max(pair.target, pair.source) >= survey.stations.size() || pair.target == pair.source)
+    if (std::max(pair.target, pair.source) >= scans || pair.target == pair.source)
       throw std::invalid_argument(
           fmt::format("pairs: '{}-{}': expected two of the stations 0 to {}", pair.target,
-                      pair.source, survey.stations.size() - 1));
+                      pair.source, scans - 1));
 }
 
 }  // namespace
@@ -184,13 +240,13 @@ Config gather_config(const std::string& text, const Config& changes) {
 }
 
 std::uint64_t take_seed(Config& config, const std::optional<std::uint64_t>& wanted) {
-  const std::vector<Field> known = fields_of(SurveyNumbers{});
+  const std::vector<Field> known = fields_of(SurveyOptions{});
   Config seeds;
   for (const ConfigEntry& entry : config)
     if (entry.key == "seed") seeds.push_back(entry);
   const Settings settings = resolve(seeds, known);
   std::erase_if(config, [](const ConfigEntry& e) { return e.key == "seed"; });
-  return wanted.value_or(with_settings(SurveyNumbers{}, settings).seed);
+  return wanted.value_or(with_settings(SurveyOptions{}, settings).seed);
 }
 
 SceneConfig load_scene_config(const std::string& text, const Config& changes,
@@ -212,7 +268,7 @@ std::string scene_config_yaml(const SceneConfig& scene) {
   std::vector<Field> list;
   list.push_back(text_field("scene", "a name in `minescan list scenes`", "the kind of mine",
                             scene.name, same));
-  list.push_back(fields_of(SurveyNumbers{scene.seed, 0, 0}).front());
+  list.push_back(fields_of(SurveyOptions{.seed = scene.seed}).front());
   append(list, find_scene(scene.name).fields(scene.settings));
   return config_yaml(list, scene.settings);
 }
@@ -237,13 +293,10 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
     survey.scene = named.name;
     survey.scene_settings = named.settings;
   }
-  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
-    Station& station = survey.stations[k];
-    const std::string scanner = said(config, station_prefix(k) + "scanner");
-    if (scanner.empty() || scanner == station.scanner) continue;
-    station.scanner = find_scanner(scanner).name;
-    station.settings.clear();
-  }
+  if (survey.drive) take_scanner(config, "drive.", survey.drive->scanner, survey.drive->settings);
+  for (std::size_t k = 0; k < survey.stations.size(); ++k)
+    take_scanner(config, station_prefix(k), survey.stations[k].scanner,
+                 survey.stations[k].settings);
   add_stations(survey, config);
 
   const Settings settings =
@@ -252,16 +305,24 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
     const auto found = settings.find(name);
     return found == settings.end() ? fallback : found->second;
   };
-  survey.odometry_translation =
-      parse_number(value("odometry-translation", number_text(survey.odometry_translation)));
-  survey.odometry_rotation =
-      parse_number(value("odometry-rotation", number_text(survey.odometry_rotation)));
+  const SurveyOptions options = with_known_settings(options_of(survey, result.seed), settings);
+  survey.guess = options.guess;
+  survey.odometry_translation = options.odometry_translation;
+  survey.odometry_rotation = options.odometry_rotation;
+  survey.odometry = options.odometry;
+  survey.total_station = options.total_station;
   survey.pairs = parse_pair_list(value("pairs", pairs_text(survey.pairs)));
-  check_pairs(survey);
 
   Settings scene = without_prefix("scene.", settings);
   scene.erase("name");
   survey.scene_settings = merged(survey.scene_settings, scene);
+  if (survey.drive) {
+    Drive& drive = *survey.drive;
+    const Settings own = without_prefix("drive.", settings);
+    drive = with_known_settings(drive, own);
+    drive.vehicle = with_settings(drive.vehicle, without_prefix("vehicle.", settings));
+    drive.settings = merged(drive.settings, known_to(fields_of(find_scanner(drive.scanner)), own));
+  }
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     Station& station = survey.stations[k];
     Settings own = without_prefix(station_prefix(k), settings);
@@ -272,6 +333,8 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
     }
     station.settings = merged(station.settings, own);
   }
+  complete_pairs(survey);
+  check_pairs(survey);
   return result;
 }
 

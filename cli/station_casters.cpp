@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "cli/progress.h"
@@ -13,29 +14,44 @@
 namespace minescan {
 namespace {
 
-std::vector<Eigen::Vector3d> places_of(const Survey& survey) {
-  std::vector<Eigen::Vector3d> places;
-  for (const Station& station : survey.stations)
-    places.push_back(station.T_world_scanner.translation());
-  return places;
+// Of the scanner at station k, or of the drive.
+double range_of(const Survey& survey, std::size_t k) {
+  if (survey.drive)
+    return with_settings(find_scanner(survey.drive->scanner), survey.drive->settings).max_range;
+  return station_scanner(survey.stations.at(k)).max_range;
+}
+
+// Where a scanner cannot be: in the rock, or outside of the mine, which is the same.
+void check_places(const Scene& scene, const Survey& survey) {
+  if (!scene.surface) return;  // what is inside of the triangles of a file is not known
+  const ImplicitSurface surface = scene.surface(scene.mesh.edge_length);
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    const Eigen::Vector3d place = survey.stations[k].T_world_scanner.translation();
+    if (!(surface.bounds.contains(place) && surface.at(place).value < 0))
+      throw std::invalid_argument(fmt::format(
+          "station {}: ({:.3f}, {:.3f}, {:.3f}) is in the rock or outside of the mine; expected a "
+          "place in the open",
+          k, place.x(), place.y(), place.z()));
+  }
 }
 
 }  // namespace
 
-StationCasters::StationCasters(const SurveyConfig& config, bool quiet) : survey_(config.survey) {
+StationCasters::StationCasters(const SurveyConfig& config, bool quiet)
+    : survey_(config.survey), seed_(config.seed) {
   Progress progress(fmt::format("building {}", survey_.scene), 1, quiet);
   scene_ = find_scene(survey_.scene).make(survey_.scene_settings, config.seed);
-  for (const Station& station : survey_.stations)
-    ranges_.push_back(station_scanner(station).max_range);
+  for (const CentreLine& line : scene_.centre_lines) lines_[line.drift] = line.points;
+  const std::vector<Eigen::Vector3d> places = planned_places(survey_, lines_, seed_);
+  check_places(scene_, survey_);
   if (mesh_bytes(scene_) <= whole_mine_bytes) {
-    TriangleMesh mesh = mesh_of(scene_, places_of(survey_));
+    TriangleMesh mesh = mesh_of(scene_, places);
     scene_json_ = mesh_json(scene_, mesh, false);
     caster_.emplace(std::move(mesh));
   } else {
     tiles_.emplace(scene_, tile_cache_bytes);
-    for (std::size_t k = 0; k < ranges_.size(); ++k)
-      tiles_->check_memory(tiles_->tile_of(survey_.stations[k].T_world_scanner.translation()),
-                           ranges_[k], whole_mine_bytes);
+    for (std::size_t k = 0; k < places.size(); ++k)
+      tiles_->check_memory(tiles_->tile_of(places[k]), range_of(survey_, k), whole_mine_bytes);
     nlohmann::ordered_json json = {{"scene", scene_.name}, {"tiles", true}, {"closed", false}};
     json["warnings"] = {
         "too large for memory as a whole: each station's mesh ends beyond its scanner's max-range, "
@@ -45,17 +61,33 @@ StationCasters::StationCasters(const SurveyConfig& config, bool quiet) : survey_
   progress.update(1);
 }
 
+Survey StationCasters::stations() {
+  const Ground ground = [&](const Eigen::Vector3d& from) -> std::optional<double> {
+    constexpr double far = 1e4;
+    const std::optional<Hit> hit =
+        around(from, range_of(survey_, 0)).cast(from, -Eigen::Vector3d::UnitZ(), 0, far);
+    if (!hit) return std::nullopt;
+    return from.z() - hit->range;
+  };
+  survey_ = driven(survey_, lines_, ground, seed_);
+  check_places(scene_, survey_);
+  return survey_;
+}
+
 RayCaster StationCasters::at(std::size_t k) {
+  return around(survey_.stations.at(k).T_world_scanner.translation(), range_of(survey_, k));
+}
+
+RayCaster StationCasters::around(const Eigen::Vector3d& place, double range) {
   if (!tiles_) return *caster_;
-  const Eigen::Vector3d place = survey_.stations.at(k).T_world_scanner.translation();
   const Tile tile = tiles_->tile_of(place);
   // What is refined around a station is its own.
   const bool own = scene_.mesh.near_levels > 0;
-  if (!caster_ || own || tile != tile_ || ranges_[k] != range_) {
+  if (!caster_ || own || tile != tile_ || range != range_) {
     caster_.reset();  // before the next is built: two would take too much memory
-    caster_.emplace(tiles_->around(tile, ranges_[k], {&place, own ? 1U : 0U}), Tree::soon);
+    caster_.emplace(tiles_->around(tile, range, {&place, own ? 1U : 0U}), Tree::soon);
     tile_ = tile;
-    range_ = ranges_[k];
+    range_ = range;
   }
   return *caster_;
 }

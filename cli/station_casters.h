@@ -23,11 +23,15 @@ inline constexpr double tile_cache_bytes = 0.75 * (1ULL << 30);
 class StationCasters {
  public:
   /// Prepares the scene; builds the whole mesh if it is small enough. Throws std::invalid_argument
-  /// if the tiles around a station would need too much memory.
+  /// if the tiles around a station would need too much memory, or for a drive that cannot be.
   StationCasters(const SurveyConfig& config, bool quiet);
 
-  /// What the rays of station k meet. Depends on k alone; fastest for neighbours one after the
-  /// other.
+  /// The survey with all its stations: those of a drive stand on the ground of the mine. Throws
+  /// std::invalid_argument for a station inside the rock or outside of the mine.
+  Survey stations();
+
+  /// What the rays of station k of `stations()` meet. Depends on k alone; fastest for neighbours
+  /// one after the other.
   RayCaster at(std::size_t k);
 
   /// What is known of the mesh, as JSON: counts of triangles and vertices, whether it is one mesh
@@ -35,9 +39,12 @@ class StationCasters {
   std::string scene_json() const { return scene_json_; }
 
  private:
-  const Survey& survey_;
+  RayCaster around(const Eigen::Vector3d& place, double range);
+
+  Survey survey_;
+  std::uint64_t seed_;
   Scene scene_;
-  std::vector<double> ranges_;  // of each station's scanner
+  DriftLines lines_;
   std::optional<SceneTiles> tiles_;
   std::optional<RayCaster> caster_;
   // What caster_ was built for, where there are tiles.

@@ -41,15 +41,16 @@ double overlap(const KdTree& target, const PointCloud& source, const Pose& T_tar
          static_cast<double>(std::max<std::size_t>(1, source.points.size()));
 }
 
-DataSetPair measured_pair(const Survey& survey, const StationPair& pair, const SurveyData& data) {
-  const Pose truth = survey.stations[pair.target].T_world_scanner.inverse() *
-                     survey.stations[pair.source].T_world_scanner;
-  return {
-      .target = pair.target,
-      .source = pair.source,
-      .overlap = overlap(KdTree(data.clouds[pair.target].points), data.clouds[pair.source], truth),
-      .truth = truth,
-      .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]};
+DataSetPair measured_pair(const SurveyData& data, const StationPair& pair,
+                          const std::vector<PointCloud>& exact) {
+  const std::vector<Station>& stations = data.survey.stations;
+  const Pose truth =
+      stations[pair.target].T_world_scanner.inverse() * stations[pair.source].T_world_scanner;
+  return {.target = pair.target,
+          .source = pair.source,
+          .overlap = overlap(KdTree(exact[pair.target].points), exact[pair.source], truth),
+          .truth = truth,
+          .guess = data.odometry[pair.target].inverse() * data.odometry[pair.source]};
 }
 
 void write_files(const fs::path& folder, const std::vector<DataSetFile>& files) {
@@ -85,19 +86,22 @@ std::vector<ScanPair> read_pairs(const fs::path& folder) {
 
 SurveyData make_survey(const SurveyConfig& config, bool quiet, bool keep_clouds,
                        const std::function<void(std::size_t, const Scan&)>& on_scan) {
-  const Survey& survey = config.survey;
-  check(survey);
+  check(config.survey);
   StationCasters casters(config, quiet);
-  std::vector<std::size_t> last_use(survey.stations.size(), 0);
+  SurveyData data;
+  data.survey = casters.stations();
+  const Survey& survey = data.survey;
+  const std::size_t scans = survey.stations.size();
+  std::vector<std::size_t> last_use(scans, 0);
   for (const StationPair& pair : survey.pairs)
     for (const std::size_t k : {pair.target, pair.source})
       last_use[k] = std::max(last_use[k], std::max(pair.target, pair.source));
 
-  SurveyData data;
-  data.odometry = odometry_of(survey, config.seed);
-  data.clouds.resize(survey.stations.size());
+  data.odometry = believed_poses(survey, config.seed);
+  data.clouds.resize(scans);
+  std::vector<PointCloud> exact(scans);  // where points really were, as long as pairs need them
   std::vector<DataSetPair> pairs(survey.pairs.size());
-  Progress progress("scanning", survey.stations.size(), quiet);
+  Progress progress("scanning", scans, quiet);
   const auto take = [&](std::size_t k, const Scan& scan) {
     if (scan.cloud.points.empty())
       throw std::runtime_error(
@@ -105,12 +109,14 @@ SurveyData make_survey(const SurveyConfig& config, bool quiet, bool keep_clouds,
     if (on_scan) on_scan(k, scan);
     data.points.push_back(scan.cloud.points.size());
     data.beams.push_back(scan.beams);
-    if (keep_clouds || last_use[k] > 0) data.clouds[k] = scan.cloud;
+    if (keep_clouds) data.clouds[k] = scan.cloud;
+    if (last_use[k] > 0)
+      for (const Eigen::Vector3f& p : scan.true_point) exact[k].points.push_back(p.cast<double>());
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (std::max(survey.pairs[i].target, survey.pairs[i].source) == k)
-        pairs[i] = measured_pair(survey, survey.pairs[i], data);
+        pairs[i] = measured_pair(data, survey.pairs[i], exact);
     for (std::size_t other = 0; other <= k; ++other)
-      if (!keep_clouds && last_use[other] <= k) data.clouds[other] = {};
+      if (last_use[other] <= k) exact[other] = {};
     progress.update(k + 1);
   };
   run_survey(
@@ -136,11 +142,14 @@ SurveyData write_survey(const fs::path& folder, const SurveyConfig& config, bool
   std::vector<double> times;
   std::vector<Pose> truth;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
-    times.push_back(scan_interval * static_cast<double>(k));
-    truth.push_back(config.survey.stations[k].T_world_scanner);
+    times.push_back(data.survey.stations[k].time);
+    truth.push_back(data.survey.stations[k].T_world_scanner);
   }
   write_file(path / "truth.tum", print_tum(times, truth));
   write_file(path / "odometry.tum", print_tum(times, data.odometry));
+  const Trajectory& trajectory = data.survey.trajectory;
+  if (!trajectory.times.empty())
+    write_file(path / "trajectory.tum", print_tum(trajectory.times, trajectory.poses));
   write_file(path / "pairs.csv", print_pairs(data.pairs));
   for (const DataSetFormat& format : formats)
     write_files(path, format.summary_files({.name = config.survey.name,

@@ -3,7 +3,8 @@
 //
 //   survey.yaml      what made it
 //   scans/0000.ply   measured points in the scanner frame and the truth of each (print_scan)
-//   truth.tum        exact T_world_scanner of every scan
+//   truth.tum        exact T_world_scanner of every scan, at its start
+//   trajectory.tum   the same all the way, of a scanner that moves
 //   odometry.tum     what the vehicle believed
 //   pairs.csv        target, source, overlap, truth and guess of every pair
 #pragma once
