@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/input_file.h"
 #include "core/text.h"
+#include "formats/data_set.h"
 #include "scenes/named_parts.h"
 #include "sim/scanner.h"
 
@@ -168,8 +170,20 @@ std::string said(const Config& config, const std::string& key) {
   return take(copy, key, "");
 }
 
-// The scanner that `config` names under `prefix`, in place of another and its settings: a row of the
-// table, or a YAML file with a row to start from (its key `scanner`) and what differs from it.
+// A trajectory in a file of lines "time tx ty tz qx qy qz qw".
+Trajectory read_trajectory(const std::string& file) {
+  const auto [times, poses] = parse_tum(read_file(file), file);
+  Trajectory trajectory{.times = times, .poses = poses};
+  try {
+    check(trajectory);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(file + ": " + error.what());
+  }
+  return trajectory;
+}
+
+// The scanner that `config` names under `prefix`, in place of another and its settings: a row of
+// the table, or a YAML file with a row to start from (its key `scanner`) and what differs from it.
 void take_scanner(const Config& config, const std::string& prefix, std::string& scanner,
                   Settings& settings) {
   const std::string wanted = said(config, prefix + "scanner");
@@ -210,8 +224,8 @@ void complete_pairs(Survey& survey) {
 }
 
 void check_pairs(const Survey& survey) {
-  const std::size_t scans = survey.drive ? static_cast<std::size_t>(survey.drive->scans)
-                                         : survey.stations.size();
+  const std::size_t scans =
+      survey.drive ? static_cast<std::size_t>(survey.drive->scans) : survey.stations.size();
   if (survey.pairs.empty()) throw std::invalid_argument("pairs: expected at least one pair");
   for (const StationPair& pair : survey.pairs)
     if (std::max(pair.target, pair.source) >= scans || pair.target == pair.source)
@@ -320,6 +334,7 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
     Drive& drive = *survey.drive;
     const Settings own = without_prefix("drive.", settings);
     drive = with_known_settings(drive, own);
+    if (!drive.path_file.empty()) drive.path = read_trajectory(drive.path_file);
     drive.vehicle = with_settings(drive.vehicle, without_prefix("vehicle.", settings));
     drive.settings = merged(drive.settings, known_to(fields_of(find_scanner(drive.scanner)), own));
   }
@@ -345,6 +360,8 @@ std::string survey_config_yaml(const SurveyConfig& config) {
 std::string survey_identity(const SurveyConfig& config) {
   const std::vector<Field> usual = survey_fields(find_survey(config.survey.name), 1);
   std::string text = config.survey.name;
+  if (config.survey.drive && !config.survey.drive->path_file.empty())
+    text += " path " + text_hash(read_file(config.survey.drive->path_file));
   for (const Field& field : survey_fields(config.survey, config.seed)) {
     const Field* row = find_field(usual, field.name);
     if (!row || row->value != field.value) text += fmt::format(" {}={}", field.name, field.value);

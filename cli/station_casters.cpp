@@ -62,12 +62,8 @@ StationCasters::StationCasters(const SurveyConfig& config, bool quiet)
 }
 
 Survey StationCasters::stations() {
-  const Ground ground = [&](const Eigen::Vector3d& from) -> std::optional<double> {
-    constexpr double far = 1e4;
-    const std::optional<Hit> hit =
-        around(from, range_of(survey_, 0)).cast(from, -Eigen::Vector3d::UnitZ(), 0, far);
-    if (!hit) return std::nullopt;
-    return from.z() - hit->range;
+  const Ground ground = [&](const Eigen::Vector3d& from) {
+    return height_below(around(from, range_of(survey_, 0)), from);
   };
   survey_ = driven(survey_, lines_, ground, seed_);
   check_places(scene_, survey_);

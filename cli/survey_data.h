@@ -20,7 +20,7 @@ namespace minescan {
 
 /// What came of a survey.
 struct SurveyData {
-  Survey survey = {};  // with the stations of a drive
+  Survey survey = {};                     // with the stations of a drive
   std::vector<std::size_t> points = {};   // of each scan
   std::vector<std::uint64_t> beams = {};  // of each scan
   std::vector<PointCloud> clouds = {};    // of each scan; empty where they were not kept

@@ -81,6 +81,27 @@ std::string print_tum(const std::vector<double>& times, const std::vector<Pose>&
   return text;
 }
 
+std::pair<std::vector<double>, std::vector<Pose>> parse_tum(std::string_view text,
+                                                            const std::string& name) {
+  LineReader lines(text, name);
+  std::string_view line;
+  std::pair<std::vector<double>, std::vector<Pose>> result;
+  std::vector<double> values;
+  while (lines.next(line)) {
+    line = trimmed(line.substr(0, line.find('#')));
+    if (line.empty()) continue;
+    read_columns(line, 8, values, lines);
+    try {
+      result.first.push_back(values[0]);
+      result.second.push_back(pose_of(values, 1));
+    } catch (const std::invalid_argument& error) {
+      lines.fail(error.what());
+    }
+  }
+  if (result.first.empty()) throw std::runtime_error(name + ": expected poses, found none");
+  return result;
+}
+
 std::string print_pairs(const std::vector<DataSetPair>& pairs) {
   std::string text = fmt::format("{}\n", pairs_header);
   for (const DataSetPair& pair : pairs)

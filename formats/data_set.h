@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/cloud.h"
@@ -42,6 +43,11 @@ std::string print_scan(const Scan& scan);
 
 /// Lines "time tx ty tz qx qy qz qw" in the form of the TUM RGB-D benchmark, 17 significant digits.
 std::string print_tum(const std::vector<double>& times, const std::vector<Pose>& poses);
+
+/// The times and poses of such lines; # begins a comment. Throws std::runtime_error "name:line:
+/// what".
+std::pair<std::vector<double>, std::vector<Pose>> parse_tum(std::string_view text,
+                                                            const std::string& name);
 
 std::string print_pairs(const std::vector<DataSetPair>& pairs);
 /// The inverse of print_pairs. Throws std::runtime_error "name:line: what".

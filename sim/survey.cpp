@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -25,7 +25,8 @@ Scanner drive_scanner(const Drive& drive) {
 
 Route route_of(const Drive& drive, const DriftLines& lines) {
   if (drive.along.empty() == drive.line.empty())
-    throw std::invalid_argument("drive: expected either drifts (along) or points (line)");
+    throw std::invalid_argument(
+        "drive: expected one of drifts (along), points (line) or a file of poses (path)");
   std::vector<Eigen::Vector3d> points = drive.line;
   if (!drive.along.empty()) {
     std::vector<std::vector<Eigen::Vector3d>> chosen;
@@ -45,6 +46,22 @@ Route route_of(const Drive& drive, const DriftLines& lines) {
 
 std::vector<double> stops_of(const Drive& drive, const Route& route, std::uint64_t seed) {
   return stops(route, drive.step_min, drive.step_max, static_cast<std::size_t>(drive.scans), seed);
+}
+
+// When the scans along a given path begin.
+std::vector<double> starts_on_path(const Drive& drive) {
+  check(drive.path);
+  const double duration = Kinematics(drive_scanner(drive)).duration();
+  const double first = drive.path.times.front();
+  const double time = drive.path.times.back() - first;
+  if (!(time >= drive.scans * duration))
+    throw std::invalid_argument(
+        fmt::format("drive: {} scans of {:.3g} s take longer than the {:.3g} s of the path {}",
+                    drive.scans, duration, time, drive.path_file));
+  std::vector<double> starts;
+  for (int k = 0; k < drive.scans; ++k)
+    starts.push_back(first + (drive.scans > 1 ? (time - duration) * k / (drive.scans - 1) : 0));
+  return starts;
 }
 
 // Scans while driving: the path from the first stop to where the last scan ends.
@@ -94,6 +111,13 @@ Scanner station_scanner(const Station& station) {
   return with_settings(find_scanner(station.scanner), station.settings);
 }
 
+std::optional<double> height_below(const RayCaster& caster, const Eigen::Vector3d& from) {
+  const std::optional<Hit> hit =
+      caster.cast(from, -Eigen::Vector3d::UnitZ(), 0, std::numeric_limits<double>::infinity());
+  if (!hit) return std::nullopt;
+  return from.z() - hit->range;
+}
+
 std::vector<Eigen::Vector3d> planned_places(const Survey& survey, const DriftLines& lines,
                                             std::uint64_t seed) {
   std::vector<Eigen::Vector3d> places;
@@ -101,6 +125,12 @@ std::vector<Eigen::Vector3d> planned_places(const Survey& survey, const DriftLin
     places.push_back(station.T_world_scanner.translation());
   if (!survey.drive) return places;
   const Drive& drive = *survey.drive;
+  if (!drive.path_file.empty()) {
+    const std::vector<double> starts = starts_on_path(drive);
+    const SmoothPath path(drive.path);
+    for (const double start : starts) places.push_back(path.at(start).translation());
+    return places;
+  }
   const Route route = route_of(drive, lines);
   for (const double along : stops_of(drive, route, seed))
     places.push_back(route.at(along).position +
@@ -115,6 +145,13 @@ Survey driven(const Survey& survey, const DriftLines& lines, const Ground& groun
     result.stations[k].time = scan_interval * static_cast<double>(k);
   if (!survey.drive) return result;
   const Drive& drive = *survey.drive;
+  if (!drive.path_file.empty()) {
+    result.trajectory = drive.path;
+    const SmoothPath path(drive.path);
+    for (const double start : starts_on_path(drive))
+      result.stations.push_back({drive.scanner, drive.settings, path.at(start), start});
+    return result;
+  }
   const Route route = route_of(drive, lines);
   const std::vector<double> halts = stops_of(drive, route, seed);
   result.stations.assign(halts.size(), {.scanner = drive.scanner, .settings = drive.settings});
@@ -128,8 +165,8 @@ Survey driven(const Survey& survey, const DriftLines& lines, const Ground& groun
     result.stations[k].T_world_scanner =
         stand_clear(drive.vehicle, ground, place.position, place.heading);
     if (k > 0)
-      result.stations[k].time = result.stations[k - 1].time + scan_time +
-                                (halts[k] - halts[k - 1]) / drive.vehicle.speed;
+      result.stations[k].time =
+          result.stations[k - 1].time + scan_time + (halts[k] - halts[k - 1]) / drive.vehicle.speed;
   }
   return result;
 }
@@ -195,9 +232,10 @@ void run_survey(const Survey& survey, const std::function<RayCaster(std::size_t)
 std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed) {
   check(survey);
   const RayCaster caster(mesh);
+  const Ground ground = [&](const Eigen::Vector3d& from) { return height_below(caster, from); };
   std::vector<Scan> scans;
   run_survey(
-      survey, [&](std::size_t) { return caster; }, seed,
+      driven(survey, {}, ground, seed), [&](std::size_t) { return caster; }, seed,
       [&](std::size_t, Scan scan) { scans.push_back(std::move(scan)); });
   return scans;
 }

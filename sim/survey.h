@@ -40,15 +40,15 @@ struct StationPair {
 
 /// A vehicle that drives through the mine and scans, standing or on its way.
 struct Drive {
-  std::vector<std::string> along = {};        // names of drifts whose centre lines it follows
-  std::vector<Eigen::Vector3d> line = {};     // or points at floor level, metres
-  bool closed = false;                        // round and round
+  std::vector<std::string> along = {};     // names of drifts whose centre lines it follows
+  std::vector<Eigen::Vector3d> line = {};  // or points at floor level, metres
+  bool closed = false;                     // round and round
   int scans = 10;
-  double step_min = 4;                        // m, from one scan to the next; section 5.1 of
-  double step_max = 5;                        // the paper
-  bool moving = false;                        // whether it drives on while it scans
-  std::string scanner = "sick-lms200-ptu";    // name in scanners()
-  Settings settings = {};                     // fields of the scanner that differ from its row
+  double step_min = 4;                      // m, from one scan to the next; section 5.1 of
+  double step_max = 5;                      // the paper
+  bool moving = false;                      // whether it drives on while it scans
+  std::string scanner = "sick-lms200-ptu";  // name in scanners()
+  Settings settings = {};                   // fields of the scanner that differ from its row
   VehicleOptions vehicle = {};
 };
 
@@ -56,6 +56,9 @@ template <class Visitor>
 void fields(Drive& o, Visitor&& field) {
   field("along", o.along, "names of the drifts whose centre lines it follows, in driving order");
   field("line", o.line, between(-1e5, 1e5), "m", "points at floor level, in place of drifts");
+  field("path", o.path_file,
+        "file of lines 'time tx ty tz qx qy qz qw', T_world_scanner, in place of drifts; the scans "
+        "are spread evenly over its time");
   field("closed", o.closed, "whether it goes round, from the last drift or point to the first");
   field("scans", o.scans, between(1, 1e5), "", "scans on the way");
   field("step-min", o.step_min, above_up_to(0, 1000), "m", "from one scan to the next at least");
@@ -76,11 +79,11 @@ constexpr auto names_of(Guess) {
 struct Survey {
   std::string name = {};
   std::string description = {};
-  std::string scene = {};                // name in scenes()
-  Settings scene_settings = {};          // fields of the scene that differ from its defaults
-  std::vector<Station> stations = {};    // without a drive
-  std::optional<Drive> drive = {};       // the stations come from it
-  Trajectory trajectory = {};            // T_world_scanner while it scans; empty: it stands
+  std::string scene = {};              // name in scenes()
+  Settings scene_settings = {};        // fields of the scene that differ from its defaults
+  std::vector<Station> stations = {};  // without a drive
+  std::optional<Drive> drive = {};     // the stations come from it
+  Trajectory trajectory = {};          // T_world_scanner while it scans; empty: it stands
   std::vector<StationPair> pairs = {};
   Guess guess = Guess::normal;
   // One sigma of normal errors from one station to the next, per axis.
@@ -99,6 +102,9 @@ const Survey& find_survey(const std::string& name);
 /// The scanner that stands there: its row with the station's settings. Throws std::invalid_argument
 /// for an unknown scanner or a wrong setting.
 Scanner station_scanner(const Station& station);
+
+/// The height of what a ray straight down from `from` meets, or none.
+std::optional<double> height_below(const RayCaster& caster, const Eigen::Vector3d& from);
 
 /// Centre lines of drifts by name: points at floor level, metres.
 using DriftLines = std::map<std::string, std::vector<Eigen::Vector3d>>;
@@ -131,7 +137,7 @@ void run_survey(const Survey& survey,
                 const std::function<RayCaster(std::size_t station)>& caster_at, std::uint64_t seed,
                 const std::function<void(std::size_t station, Scan scan)>& take);
 
-/// The same in one mesh, all kept.
+/// The same in one mesh, all kept; a drive goes along its own `line`, on the ground of the mesh.
 std::vector<Scan> run_survey(const Survey& survey, const TriangleMesh& mesh, std::uint64_t seed);
 
 }  // namespace minescan

@@ -478,6 +478,120 @@ std::string message_of(const Scanner& s, const Pose& T = Pose::Identity()) {
   return "";
 }
 
+// Along x and turning about z, both evenly: the place of every beam is known.
+TEST(Scan, OfAMovingScannerCastsEveryBeamFromWhereItIs) {
+  const Vector3d half(12, 8, 4);
+  const RayCaster caster(box(half.cast<float>(), 5, 0.4));
+  const double speed = 0.8, turning = 0.3;
+  const auto pose_at = [&](double t) -> Pose {
+    return Eigen::Translation3d(-2 + speed * t, 0.5, 0.25) *
+           Eigen::AngleAxisd(turning * t, Vector3d::UnitZ());
+  };
+  Trajectory trajectory;
+  for (int k = 0; k <= 30; ++k) {
+    trajectory.times.push_back(0.25 * k);
+    trajectory.poses.push_back(pose_at(0.25 * k));
+  }
+  Scanner s = ideal(40, 30);
+  s.turn_time = 0.2;  // 6 s
+  s.lever = {0.1, 0, 0.2};
+  const Kinematics kinematics(s);
+  const double start = 1.1;
+  const Scan result = scan(caster, s, SmoothPath(trajectory), start, 1, "");
+  EXPECT_TRUE(result.T_world_scanner.isApprox(pose_at(start), 1e-9));
+  ASSERT_EQ(result.range.size(), 1200u);
+  double farthest = 0;
+  for (std::size_t i = 0; i < result.range.size(); ++i) {
+    const Beam beam = kinematics.nominal(kinematics.plane(static_cast<int>(result.column[i]), 0),
+                                         static_cast<int>(result.ring[i]));
+    const Pose T = pose_at(start + result.time[i]);
+    const Vector3d origin = T * beam.origin, direction = T.linear() * beam.direction;
+    const auto [range, normal] = box_hit(half, origin, direction);
+    // Smooth paths are exact for even motion; at the edges of the box Embree may take the other
+    // face, within single precision.
+    ASSERT_NEAR(result.true_range[i], range, 1e-5);
+    // True points are on the wall; measured ones where they would be without the motion.
+    const Vector3d truth = result.T_world_scanner * result.true_point[i].cast<double>();
+    ASSERT_LT((truth - (origin + range * direction)).norm(), 2e-5);
+    const Vector3d still = beam.origin + result.range[i] * beam.direction;
+    ASSERT_LT((result.cloud.points[i] - still).norm(), 2e-6);
+    farthest =
+        std::max(farthest, (result.cloud.points[i] - result.true_point[i].cast<double>()).norm());
+  }
+  EXPECT_GT(farthest, 5);  // 1.8 rad off at the end
+  EXPECT_THROW(scan(caster, s, SmoothPath(trajectory), 1.6, 1, ""), std::invalid_argument);
+}
+
+TEST(Scan, OfAScannerAtRestOnAPathIsThatFromItsPlace) {
+  const RayCaster caster(cave(9, 4, 0.05));
+  Scanner s = find_scanner("optab-yawing");
+  s.plane_beams = 50;
+  s.planes = 40;
+  const Trajectory rest{.times = {0, 5, 10}, .poses = {some_pose(), some_pose(), some_pose()}};
+  const Scan a = scan(caster, s, some_pose(), 4, "");
+  const Scan b = scan(caster, s, SmoothPath(rest), 0, 4, "");
+  ASSERT_EQ(a.range.size(), b.range.size());
+  for (std::size_t i = 0; i < a.range.size(); ++i)
+    ASSERT_NEAR(a.true_range[i], b.true_range[i], 1e-4);
+}
+
+// A post half-way between scanner and wall, and beams 2 cm wide that meet its edge.
+TEST(Footprint, EdgesGiveMixedPixels) {
+  TriangleMesh mesh = box({10, 10, 10});
+  TriangleMesh post = box({0.2f, 0.2f, 9});
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (Eigen::Vector3f v : post.vertices) mesh.vertices.push_back(v + Eigen::Vector3f(5, 0, 0));
+  for (const auto& t : post.triangles)
+    mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  const RayCaster caster(with_material(mesh, 0.5));
+  Scanner s = ideal(400, 10);
+  s.motion = Motion::pitch;
+  s.plane_field = 0.2;
+  s.motion_start = -0.05;
+  s.motion_end = 0.05;
+  s.spot = 0.02;
+  s.pulse_length = 20;
+  const auto mixed = [&](int sub_rays, bool edge_test) {
+    s.sub_rays = sub_rays;
+    s.edge_test = edge_test;
+    const Scan result = scan(caster, s, Pose::Identity(), 1, "");
+    EXPECT_EQ(result.range.size(), 4000u);
+    int count = 0, between = 0;
+    for (std::size_t i = 0; i < result.range.size(); ++i) {
+      const bool is_mixed = (result.flags[i] & flag_mixed_pixel) != 0;
+      count += is_mixed;
+      between += result.range[i] > 5.1 && result.range[i] < 9.7;
+      if (is_mixed) {
+        EXPECT_LT(
+            std::abs(std::abs(5 * result.cloud.points[i].y() / result.cloud.points[i].x()) - 0.2),
+            0.02);
+      }
+    }
+    EXPECT_EQ(between > 0, sub_rays > 1);
+    return count;
+  };
+  EXPECT_EQ(mixed(1, true), 0);
+  // Two edges; each is within the footprint's radius of 1 cm over 2 cm of 5 m * 0.2 / 400 = 2.5 mm
+  // wide steps: 8 beams or so in each of 10 planes.
+  const int all = mixed(19, false);
+  EXPECT_NEAR(all, 160, 20);
+  EXPECT_EQ(mixed(19, true), all);
+}
+
+TEST(Air, SwallowsBeams) {
+  const RayCaster caster(sphere(10, 5));
+  Scanner s = ideal(200, 200);
+  s.dust_loss = 0.05;
+  const auto kept = static_cast<double>(scan(caster, s, Pose::Identity(), 1, "").range.size());
+  // exp(-0.5) of 40 000, one sigma is 98; the sphere's facets are up to 0.2 % nearer.
+  EXPECT_NEAR(kept, 40000 * std::exp(-0.5), 4 * 98 + 30);
+  s.dust_loss = 0;
+  s.min_amplitude = 0.1;
+  EXPECT_EQ(scan(caster, s, Pose::Identity(), 1, "").range.size(), 40000u);
+  s.fog_extinction = 0.1;  // amplitude 0.28 exp(-2) = 0.04
+  EXPECT_TRUE(scan(caster, s, Pose::Identity(), 1, "").range.empty());
+}
+
 TEST(Scan, RejectsScannersThatCannotBe) {
   Scanner s = ideal(0, 10);
   EXPECT_NE(message_of(s).find("plane-beams"), std::string::npos) << message_of(s);
