@@ -7,5 +7,5 @@ int main(int argc, char** argv) {
   return run_command_line(argc, argv,
                           {list_command(), scene_command(), survey_command(), register_command(),
                            sweep_command(), merge_command(), export_command(), report_command(),
-                           baseline_command(), check_command(), paper_command()});
+                           baseline_command(), check_command(), validate_command(), paper_command()});
 }

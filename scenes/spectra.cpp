@@ -26,9 +26,8 @@ RockOptions flat_rock() {
 TriangleMesh drift_mesh(const RockOptions& rock, const StraightDrift& drift, double edge_length,
                         std::uint64_t seed) {
   Mine mine;
-  mine.drifts["main"] = {.line = {{drift.from, 0, 0}, {drift.to, 0, 0}},
-                         .width = drift.width,
-                         .height = drift.height};
+  mine.drifts["main"] = {
+      .line = {{drift.from, 0, 0}, {drift.to, 0, 0}}, .width = drift.width, .height = drift.height};
   mine.rock = rock;
   return mesh_of(scene_of("drift", mine, {.edge_length = edge_length}, seed));
 }

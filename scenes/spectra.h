@@ -40,7 +40,8 @@ TriangleMesh drift_mesh(const RockOptions& rock, const StraightDrift& drift, dou
 /// but upwards for the floor.
 class DriftSurvey {
  public:
-  DriftSurvey(const StraightDrift& drift, RangeFinder range) : drift_(drift), range_(std::move(range)) {}
+  DriftSurvey(const StraightDrift& drift, RangeFinder range)
+      : drift_(drift), range_(std::move(range)) {}
 
   double left(double x, double z) const { return range({x, 0, z}, {0, 1, 0}) - drift_.width / 2; }
   double right(double x, double z) const { return range({x, 0, z}, {0, -1, 0}) - drift_.width / 2; }

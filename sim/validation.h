@@ -20,8 +20,8 @@ namespace minescan {
 /// What is known of an instrument, or must hold of any.
 struct Expectation {
   std::string name = {};
-  std::string what = {};  // what is measured, and how
-  std::string unit = {};  // "" where there is none
+  std::string what = {};                  // what is measured, and how
+  std::string unit = {};                  // "" where there is none
   std::optional<Interval> accepted = {};  // none: nothing is known, the figure is only reported
   std::string source = {};                // of the accepted figures, with their tolerance
 };
@@ -68,7 +68,8 @@ double equal_readings(const Scanner& scanner, const Interval& ranges, double ste
 /// them intermediate, are a jump without one. Beams without return take part in neither.
 struct Jumps {
   std::size_t all = 0;
-  std::vector<double> positions = {};  // of the intermediate returns, 0 on the nearer surface, 1 far
+  std::vector<double> positions =
+      {};  // of the intermediate returns, 0 on the nearer surface, 1 far
 
   double intermediate_share() const;
   double median_position() const;
@@ -78,7 +79,7 @@ struct Jumps {
 void count_jumps(const Scan& scan, Jumps& jumps);
 
 /// Those of a scanner in the middle of screens of 15 degrees each, at 2 to 10 m, whose ranges
-/// differ by 1 to 4 m from one to the next; reflectances between 0.2 and 0.5. 250 such places.
+/// differ by 1 to 4 m from one to the next; reflectances between 0.2 and 0.5. 1000 such places.
 Jumps screen_jumps(const Scanner& scanner, std::uint64_t seed);
 
 /// The distance after which ranges repeat when only tone `tone` is there, metres: what is missing

@@ -236,7 +236,8 @@ TEST(Surfaces, WallsKeepHalvesOfDrillHoles) {
   RockOptions rock = flat_rock();
   rock.half_cast_spacing = 0.7;
   const double edge = 0.02;
-  const StraightDrift plan{.from = 0, .to = 20, .width = 1.4, .height = 2.9};  // 5 rounds, 4 holes high
+  const StraightDrift plan{
+      .from = 0, .to = 20, .width = 1.4, .height = 2.9};  // 5 rounds, 4 holes high
   const DriftSurvey survey = survey_of(rock, plan, edge, 5);
   const int rounds = 5, holes = 4;
   int grooves = 0;
@@ -285,7 +286,8 @@ TEST(Surfaces, WallsKeepHalvesOfDrillHoles) {
 TEST(Surfaces, CoarseEdgesShowNoDrillHoles) {
   RockOptions rock = flat_rock();
   rock.half_cast_spacing = 0.7;
-  const DriftSurvey survey = survey_of(rock, {.from = 0, .to = 8, .width = 2, .height = 3}, 0.05, 5);
+  const DriftSurvey survey =
+      survey_of(rock, {.from = 0, .to = 8, .width = 2, .height = 3}, 0.05, 5);
   for (double x = 0.5; x < 7.5; x += 0.25)
     for (double z = 0.1; z < 2.9; z += 0.01) EXPECT_NEAR(survey.left(x, z), 0, 1e-4);
 }
