@@ -28,7 +28,7 @@ Scanner optab() {
       .range_noise = 0.006,       // assumed, with its growth: 8 to 15 mm at 10 m on dry rock
       .ranging = RangingKind::phase,
       .tones = {4.8, 48},         // assumed: 31.25 and 3.125 MHz; Lambda = c / 2f
-      .tone_depths = {1, 0.12},   // assumed, with the noise: 0.5 to 2 % take a wrong period
+      .tone_depths = {1, 0.165},  // assumed, with the noise: 0.5 to 2 % take a wrong period
       .leakage = 8e-4,            // assumed: a cyclic error of 5 mm on dry rock at 10 m
       .phase_bits = 14,           // assumed, 12 to 16
       .encoder_jitter = 3e-4,     // assumed
