@@ -174,6 +174,7 @@ Picture points_picture(const Scan& scan, int width) {
   struct Point {
     double x, y, depth;
     std::size_t kind;
+    bool faces;    // whether its surface is turned towards the eye
     double value;  // amplitude in [0, 1]
   };
   const Interval amplitudes = shown_amplitudes(scan);
@@ -182,12 +183,15 @@ Picture points_picture(const Scan& scan, int width) {
   std::array<std::size_t, kinds.size()> counts = {};
   for (std::size_t i = 0; i < scan.cloud.points.size(); ++i) {
     const Vector3d& p = scan.cloud.points[i];
-    const Point point{p.dot(right), p.dot(up), p.dot(out), kind_of(scan.flags[i]),
+    const Point point{p.dot(right),
+                      p.dot(up),
+                      p.dot(out),
+                      kind_of(scan.flags[i]),
+                      scan.true_normal[i].cast<double>().dot(out) > 0,
                       within(amplitudes, shown_amplitude(scan.intensity[i]))};
     if (point.kind != no_kind) {
       ++counts[point.kind];
     } else {
-      if (scan.true_normal[i].cast<double>().dot(out) <= 0) continue;
       xs.push_back(point.x);
       ys.push_back(point.y);
     }
@@ -223,9 +227,11 @@ Picture points_picture(const Scan& scan, int width) {
   std::vector<float> nearest(static_cast<std::size_t>(width) * static_cast<std::size_t>(rows),
                              -std::numeric_limits<float>::infinity());
   std::size_t beyond = 0;
-  for (const bool good : {true, false})
+  enum class Layer { turned_away, seen, bad };  // each in front of the one before
+  for (const Layer layer : {Layer::turned_away, Layer::seen, Layer::bad})
     for (const Point& point : points) {
-      if ((point.kind == no_kind) != good) continue;
+      const bool good = point.kind == no_kind;
+      if (layer != (!good ? Layer::bad : point.faces ? Layer::seen : Layer::turned_away)) continue;
       const double u = width / 2.0 + scale * (point.x - middle_x);
       const double v = rows / 2.0 - scale * (point.y - middle_y);
       if (!(u >= 0 && v >= 0 && u < width && v < rows)) {
@@ -235,13 +241,14 @@ Picture points_picture(const Scan& scan, int width) {
       const int edge = good ? size : size + 1;
       const int left = static_cast<int>(u) - edge / 2;
       const int top = static_cast<int>(v) - edge / 2;
-      const Vector3d colour = good ? colour_of(point.value) : kinds[point.kind].colour;
+      Vector3d colour = good ? colour_of(point.value) : kinds[point.kind].colour;
+      if (layer == Layer::turned_away) colour = 0.3 * colour + 0.7 * ground_colour;
       for (int y = std::max(top, 0); y < std::min(top + edge, rows); ++y)
         for (int x = std::max(left, 0); x < std::min(left + edge, width); ++x) {
           float& depth = nearest[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                                  static_cast<std::size_t>(x)];
-          if (good && static_cast<float>(point.depth) < depth) continue;
-          depth = static_cast<float>(point.depth);
+          if (layer == Layer::seen && static_cast<float>(point.depth) < depth) continue;
+          if (layer == Layer::seen) depth = static_cast<float>(point.depth);
           set_pixel(picture, x, y, colour);
         }
     }

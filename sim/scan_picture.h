@@ -22,9 +22,9 @@ Picture grid_picture(const Scan& scan, bool rings_across, int width);
 
 /// The measured points from the right, behind and above (30 degrees), in parallel projection,
 /// coloured by amplitude as above. Surfaces that turn away from there, as ceilings and the nearer
-/// walls do, are left out. Points of mixed pixels, wrong periods and wrapped ranges are larger, of
-/// colours of their own, and in front of all; the legend counts them. The frame holds the other
-/// points with a margin; the legend counts what is beyond.
+/// walls do, are dark and behind all others. Points of mixed pixels, wrong periods and wrapped
+/// ranges are larger, of colours of their own, and in front of all; the legend counts them. The
+/// frame holds the other points with a margin; the legend counts what is beyond.
 ///
 /// width   pixels; the height follows from the points, at most as much
 /// throws  std::invalid_argument for a scan without points, or a width that is not in [300, 16384]
