@@ -179,7 +179,7 @@ Picture points_picture(const Scan& scan, int width) {
   };
   const Interval amplitudes = shown_amplitudes(scan);
   std::vector<Point> points;
-  std::vector<double> xs, ys;  // of the good ones
+  std::vector<double> xs, ys;  // of those that may set the frame
   std::array<std::size_t, kinds.size()> counts = {};
   for (std::size_t i = 0; i < scan.cloud.points.size(); ++i) {
     const Vector3d& p = scan.cloud.points[i];
@@ -189,9 +189,8 @@ Picture points_picture(const Scan& scan, int width) {
                       kind_of(scan.flags[i]),
                       scan.true_normal[i].cast<double>().dot(out) > 0,
                       within(amplitudes, shown_amplitude(scan.intensity[i]))};
-    if (point.kind != no_kind) {
-      ++counts[point.kind];
-    } else {
+    if (point.kind != no_kind) ++counts[point.kind];
+    if ((scan.flags[i] & flag_outlier) == 0) {
       xs.push_back(point.x);
       ys.push_back(point.y);
     }
