@@ -30,7 +30,7 @@ constexpr double rock_reflectance = 0.35;  // dry sandstone (assumed), as Materi
 
 // ---- plain meshes
 
-// A parallelogram with these three corners, `from` in the middle of the list.
+// A parallelogram from a corner along u and v, with a material of its own.
 void add_plate(TriangleMesh& mesh, const Vector3d& corner, const Vector3d& u, const Vector3d& v,
                double reflectance) {
   const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -200,8 +200,7 @@ double plane_difference(std::uint64_t seed) {
   TriangleMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
     for (const double side : {-1.0, 1.0}) {
-      const Vector3d u = half.y() * 0 * Vector3d::UnitX() +
-                         2 * half[(axis + 1) % 3] * Vector3d::Unit((axis + 1) % 3);
+      const Vector3d u = 2 * half[(axis + 1) % 3] * Vector3d::Unit((axis + 1) % 3);
       const Vector3d v = 2 * half[(axis + 2) % 3] * Vector3d::Unit((axis + 2) % 3);
       add_plate(mesh, side * half[axis] * Vector3d::Unit(axis) - (u + v) / 2, u, v,
                 rock_reflectance);

@@ -60,7 +60,6 @@ TEST(BadInput, OfNames) {
            {{"validate"}, 2, "--out"},
            {{"validate", "--out", "a", "--quick"}, 2, "--quick"},
            {{"validate", "--out", "a", "--set", "seed=2"}, 2, "validate: takes no --set"},
-           {{"validate", "--out", "none/a"}, 1, "none"},
            {{"list", "--threads", "0"}, 2, "--threads"},
            {{"list", "--seed", "one"}, 2, "--seed"},
        })
