@@ -106,7 +106,8 @@ Kinematics::Kinematics(const Scanner& scanner)
     const Matrix3d turn_mount = turn * mount;
     rings_.push_back(
         {.origin = turn * s.lever,
-         .nominal = turn_mount * (std::cos(nominal) * axes.start + std::sin(nominal) * axes.sideways),
+         .nominal =
+             turn_mount * (std::cos(nominal) * axes.start + std::sin(nominal) * axes.sideways),
          .beam = turn_mount *
                  (inside * (std::cos(angle) * axes.start + std::sin(angle) * axes.sideways)),
          .turned = turn_mount *
@@ -130,8 +131,7 @@ Kinematics::Plane Kinematics::plane(int column, double jitter) const {
   const double angle = middle(s.motion_start, s.motion_end, column, s.planes);
   Plane plane{.column = column, .nominal = head_rotation(s.motion, angle)};
   plane.actual = plane.nominal;
-  if (s.motion_jitter > 0)
-    plane.actual = head_rotation(s.motion, angle + s.motion_jitter * jitter);
+  if (s.motion_jitter > 0) plane.actual = head_rotation(s.motion, angle + s.motion_jitter * jitter);
   if (s.axis_tilt != 0)
     plane.actual =
         rotation(s.axis_tilt * (s.motion == Motion::yaw ? Vector3d::UnitX() : Vector3d::UnitZ())) *
@@ -166,7 +166,8 @@ Beam Kinematics::actual(const Plane& plane, int ring, double jitter) const {
   const Ring& r = rings_[static_cast<std::size_t>(ring)];
   Vector3d direction = r.fixed + r.beam;
   if (scanner_.encoder_jitter > 0) {
-    const double sine = std::sin(scanner_.encoder_jitter * jitter);
+    // The sine of the angle: for all jitters that make sense, the angle.
+    const double sine = scanner_.encoder_jitter * jitter;
     direction = r.fixed + std::sqrt(1 - sine * sine) * r.beam + sine * r.turned;
   }
   return {plane.actual * r.origin, plane.actual * direction, plane.actual * r.turned};

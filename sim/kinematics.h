@@ -11,7 +11,7 @@ namespace minescan {
 
 /// A beam in the scanner frame.
 struct Beam {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();     // metres
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();      // metres
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit
   Eigen::Vector3d along = Eigen::Vector3d::UnitY();      // unit, across the beam, the way it sweeps
 };

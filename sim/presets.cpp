@@ -18,14 +18,14 @@ constexpr double degree = Scanner::degree;
 // points show disturbances of the kind seen in the paper's Figure 8.
 Scanner optab() {
   return {
-      .beam_time = 40e-6,         // assumed
-      .min_range = 0.5,           // assumed
-      .max_range = 100,           // assumed: two wraps, beyond which nothing returns anyway
-      .defocus_range = 9,         // assumed, 8 to 10 m
-      .spot = 0.004,              // assumed
-      .divergence = 0.001,        // assumed
-      .sub_rays = 19,             // footprint in full
-      .range_noise = 0.006,       // assumed, with its growth: 8 to 15 mm at 10 m on dry rock
+      .beam_time = 40e-6,    // assumed
+      .min_range = 0.5,      // assumed
+      .max_range = 100,      // assumed: two wraps, beyond which nothing returns anyway
+      .defocus_range = 9,    // assumed, 8 to 10 m
+      .spot = 0.004,         // assumed
+      .divergence = 0.001,   // assumed
+      .sub_rays = 19,        // footprint in full
+      .range_noise = 0.006,  // assumed, with its growth: 8 to 15 mm at 10 m on dry rock
       .ranging = RangingKind::phase,
       .tones = {4.8, 48},         // assumed: 31.25 and 3.125 MHz; Lambda = c / 2f
       .tone_depths = {1, 0.165},  // assumed, with the noise: 0.5 to 2 % take a wrong period
@@ -70,9 +70,9 @@ std::vector<Scanner> make_scanners() {
   ideal.name = "ideal-yawing";
   ideal.description = "the beams of optab-yawing without any error";
 
-  // The scanner of the paper's KVARNTORP-LOOP, section 5.1: a SICK LMS 200 on a pan-tilt unit. Range
-  // noise, equal readings and mixed pixels are those measured on logs of stationary scanners; what
-  // else is not measured is a value from data sheets, from memory, or assumed.
+  // The scanner of the paper's KVARNTORP-LOOP, section 5.1: a SICK LMS 200 on a pan-tilt unit.
+  // Range noise, equal readings and mixed pixels are those measured on logs of stationary scanners;
+  // what else is not measured is a value from data sheets, from memory, or assumed.
   Scanner lms{
       .name = "sick-lms200-ptu",
       .description = "SICK LMS 200 on a tilting head: the paper's KVARNTORP-LOOP",
@@ -82,24 +82,24 @@ std::vector<Scanner> make_scanners() {
       .plane_field = 181 * degree,  // 180 degrees from the first to the last beam
       .motion_start = 30 * degree,  // to 55 degrees down, as a real scan of this kind
       .motion_end = -55 * degree,
-      .lever = {0.05, 0, 0.10},         // assumed
-      .beam_time = 1 / (75.0 * 360),    // 75 turns per second
+      .lever = {0.05, 0, 0.10},       // assumed
+      .beam_time = 1 / (75.0 * 360),  // 75 turns per second
       .turn_time = 1 / 75.0,
-      .min_range = 0.1,                 // assumed
-      .max_range = 32.767,              // 15 bits of millimetres
-      .min_amplitude = 0.0013,          // assumed: 10 % reflectance at 80 m
-      .spot = 0.008,                    // from memory, with its divergence
+      .min_range = 0.1,         // assumed
+      .max_range = 32.767,      // 15 bits of millimetres
+      .min_amplitude = 0.0013,  // assumed: 10 % reflectance at 80 m
+      .spot = 0.008,            // from memory, with its divergence
       .divergence = 0.0044,
       .sub_rays = 19,
-      .range_noise = 0.0021,            // the straight line through 2.5, 3.8, 4.4 and 5.2 mm, as
-      .range_noise_growth = 0.00046,    // measured at 1-2, 2-4, 4-6 and 6-8 m
+      .range_noise = 0.0021,          // the straight line through 2.5, 3.8, 4.4 and 5.2 mm, as
+      .range_noise_growth = 0.00046,  // measured at 1-2, 2-4, 4-6 and 6-8 m
       .range_noise_max = 0.010,
-      .quantisation = 0.001,            // mm mode
-      .range_bias = 0.010,              // assumed; data sheet: within 15 mm
-      .warm_up = 0.005,                 // from memory
-      .pulse_length = 4,                // assumed, with its capture: measured are 0.22 to 0.29
-      .pulse_capture = 0.77,            // mixed pixels per jump, half-way in the median
-      .motion_jitter = 1e-4,            // assumed
+      .quantisation = 0.001,  // mm mode
+      .range_bias = 0.010,    // assumed; data sheet: within 15 mm
+      .warm_up = 0.005,       // from memory
+      .pulse_length = 4,      // assumed, with its capture: measured are 0.22 to 0.29
+      .pulse_capture = 0.77,  // mixed pixels per jump, half-way in the median
+      .motion_jitter = 1e-4,  // assumed
   };
 
   // A modern phase scanner of the kind of a FARO Focus: every fourth point of every fourth line.
@@ -116,12 +116,12 @@ std::vector<Scanner> make_scanners() {
       .continuous = true,
       .min_range = 0.6,
       .max_range = 76,
-      .defocus_range = 3,      // assumed: the noise law holds from there on
-      .min_amplitude = 4e-5,   // assumed: 10 % reflectance at 100 m
+      .defocus_range = 3,     // assumed: the noise law holds from there on
+      .min_amplitude = 4e-5,  // assumed: 10 % reflectance at 100 m
       .spot = 0.00225,
       .divergence = 0.00019,
       .sub_rays = 19,
-      .range_noise = 0.0006,           // with its growth: measured 0.60 and 0.96 mm at 10 and 25 m
+      .range_noise = 0.0006,            // with its growth: measured 0.60 and 0.96 mm at 10 and 25 m
       .range_noise_growth = 0.0000273,  // on 90 %, within 13 %
       .ranging = RangingKind::phase,
       .tones = {1.1991698, 9.6087, 76.088},  // 125, 15.6 and 1.97 MHz
@@ -140,17 +140,17 @@ std::vector<Scanner> make_scanners() {
       .motion_start = 21.8 * degree,  // columns from left to right
       .motion_end = -21.8 * degree,
       .beam_time = 0,
-      .min_range = 0.3,         // assumed
-      .max_range = 30,          // assumed: four wraps
-      .defocus_range = 3,       // assumed
-      .min_amplitude = 0.002,   // assumed
-      .divergence = 0.0043,     // a pixel
+      .min_range = 0.3,        // assumed
+      .max_range = 30,         // assumed: four wraps
+      .defocus_range = 3,      // assumed
+      .min_amplitude = 0.002,  // assumed
+      .divergence = 0.0043,    // a pixel
       .sub_rays = 19,
-      .range_noise = 0.004,     // with its growth: 4 to 6 mm in the middle of a frame
+      .range_noise = 0.004,  // with its growth: 4 to 6 mm in the middle of a frame
       .range_noise_growth = 0.0006,
       .ranging = RangingKind::phase,
-      .tones = {7.4948},        // 20 MHz
-      .phase_bits = 14,         // assumed
+      .tones = {7.4948},  // 20 MHz
+      .phase_bits = 14,   // assumed
   };
 
   // Spinning scanners of 16 and 128 lasers. Beam shapes are from memory.

@@ -10,47 +10,55 @@
 #include <span>
 #include <vector>
 
+#include "sim/footprint.h"
 #include "sim/scanner.h"
+#include "sim/vector_math.h"
 
 namespace minescan {
-
-/// Standard normal numbers from one block of 128 random bits.
-using FourNormals = std::array<float, 4>;
-
-/// Block `block` of stream `stream` (Box-Muller). Their uniforms have 32 bits, so none is beyond
-/// 6.8 sigma.
-FourNormals four_normals(std::uint64_t seed, std::uint64_t stream, std::uint64_t block);
 
 /// What one sub-ray of a beam met.
 struct Facet {
   double weight = 1;  // share of the beam's light
-  double range = 0;   // metres
+  double range = 0;   // metres, above 0
   double signal = 0;  // reflectance * cos(incidence)
 };
 
-/// Most facets of a beam.
-inline constexpr std::size_t max_facets = 19;
+/// Most facets of a beam and tones of a scanner.
+inline constexpr std::size_t max_facets = all_sub_rays;
+inline constexpr std::size_t max_tones = 4;
+
+/// The light of up to 16 beams on its way into the receiver.
+struct Light {
+  std::size_t beams = 0;
+  std::array<std::size_t, lanes + 1> first = {};  // beam i has the facets first[i] ... first[i + 1]
+  std::array<Facet, lanes * max_facets> facets;   // the first of each beam is nearest to its axis
+  // Standard normal numbers: block b, number j of beam i is normals[b][j][i]. Number 3 of block 0
+  // is left to others than the receiver.
+  std::array<std::array<Lanes, 4>, 1 + max_tones / 2> normals = {};
+  std::array<double, lanes> age = {};  // seconds since the instrument was switched on
+
+  std::span<const Facet> of(std::size_t beam) const {
+    return {facets.data() + first[beam], first[beam + 1] - first[beam]};
+  }
+};
 
 /// One measured return.
 struct Echo {
   double range = 0;  // metres, in [0, largest tone) if there are tones
   float amplitude = 0;
   std::uint8_t flags = 0;  // of ScanFlag
-  std::uint8_t facet = 0;  // the first one whose light made it
+  std::uint8_t facet = 0;  // of the beam, the first one whose light made it
 };
 
 /// The returns of one beam, by range.
 struct Echoes {
-  std::array<Echo, max_returns> echo = {};
   std::size_t count = 0;
+  std::array<Echo, max_returns> echo = {};
 };
 
 /// Surfaces that are farther apart than this along a beam, metres, are different ones to it: their
 /// returns are mixed pixels (assumed: rock within a footprint is smoother).
 inline constexpr double surface_gap = 0.1;
-
-/// Most tones of a scanner.
-inline constexpr std::size_t max_tones = 4;
 
 /// The ranging part of a scanner, with what is the same for all beams computed once.
 ///
@@ -66,24 +74,18 @@ class Ranging {
  public:
   explicit Ranging(const Scanner& scanner);
 
-  /// How many blocks of normal numbers `measure` reads, at least 1. Number 3 of block 0 is left to
-  /// the caller.
+  /// How many blocks of normal numbers `measure` reads, at least 1.
   std::size_t blocks() const { return blocks_; }
 
-  /// Measures what a beam met.
-  ///
-  /// facets  1 to max_facets; the first is on the axis of the beam
-  /// normal  blocks() blocks of standard normal numbers
-  /// age     seconds since the instrument was switched on
-  Echoes measure(std::span<const Facet> facets, std::span<const FourNormals> normal,
-                 double age) const;
+  /// Measures what each beam met; beams without facets have no return. `echoes` is as long as
+  /// there are beams.
+  void measure(const Light& light, std::span<Echoes> echoes) const;
 
  private:
-  Echoes measure_phase(std::span<const Facet> facets, std::span<const FourNormals> normal,
+  double bias(double age) const;
+  void measure_phase(const Light& light, std::span<Echoes> echoes) const;
+  Echoes measure_pulse(std::span<const Facet> facets, const std::array<float, max_returns>& normal,
                        double bias) const;
-  Echoes measure_pulse(std::span<const Facet> facets, std::span<const FourNormals> normal,
-                       double bias) const;
-
   // The return of a pulse with this much light from this range, unless it is too weak, too near or
   // too far.
   std::optional<Echo> pulse_echo(double range, double light, float normal, double bias) const;
@@ -97,12 +99,14 @@ class Ranging {
   Scanner scanner_;
   std::vector<Tone> tones_ = {};
   std::size_t blocks_ = 1;
+  double phase_steps_ = 1;  // per turn
+  double phase_step_ = 1;
   float noise_floor_ = 0;   // variance of each component
   float noise_signal_ = 0;  // its growth per amplitude
 };
 
-/// Amplitude received from a surface, without noise and fog; `signal` is its reflectance times the
-/// cosine of the incidence.
+/// Amplitude received from a surface, without noise; `signal` is its reflectance times the cosine
+/// of the incidence.
 double amplitude(const Scanner& scanner, double range, double signal);
 
 }  // namespace minescan

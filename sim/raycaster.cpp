@@ -19,10 +19,13 @@
 #include <type_traits>
 #include <utility>
 
+#include "sim/vector_math.h"
+
 namespace minescan {
 namespace {
 
 constexpr auto packet = RayCaster::packet_size;
+static_assert(packet == lanes);
 
 // Bits of RTCRay::mask are compared with those of the geometry; with 0 nothing is ever hit.
 constexpr unsigned every_geometry = ~0u;
@@ -132,24 +135,44 @@ RTCRayHit single_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direc
   return r;
 }
 
-// The hit in double precision, given what Embree found.
-Hit refined(const TriangleMesh& mesh, const Eigen::Vector3d& origin,
-            const Eigen::Vector3d& direction, std::uint32_t triangle, double float_range) {
-  const std::array<std::uint32_t, 3>& corners = mesh.triangles[triangle];
-  const Eigen::Vector3d a = mesh.vertices[corners[0]].cast<double>();
-  const Eigen::Vector3d b = mesh.vertices[corners[1]].cast<double>();
-  const Eigen::Vector3d c = mesh.vertices[corners[2]].cast<double>();
-  Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
-  double slope = normal.dot(direction);
-  if (slope > 0) {
-    normal = -normal;
-    slope = -slope;
+// Hits in double precision, given what Embree found: the triangle of each, none of them
+// no_triangle, and its range.
+template <std::size_t count>
+void refine(const TriangleMesh& mesh, std::span<const Ray> rays,
+            const std::array<std::uint32_t, count>& triangles,
+            const std::array<float, count>& float_range, std::span<Hit> hits) {
+  TriangleHits planes;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    // Lanes without a ray repeat the last one, so that they hold numbers.
+    const std::size_t ray = std::min(i, rays.size() - 1);
+    const std::array<std::uint32_t, 3>& corners = mesh.triangles[triangles[ray]];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      planes.a[k][i] = mesh.vertices[corners[0]][axis];
+      planes.b[k][i] = mesh.vertices[corners[1]][axis];
+      planes.c[k][i] = mesh.vertices[corners[2]][axis];
+      planes.origin[k][i] = rays[ray].origin[axis];
+      planes.direction[k][i] = rays[ray].direction[axis];
+    }
   }
-  double range = normal.dot(a - origin) / slope;
-  // Along a triangle seen edge-on the plane says nothing of where on it the ray arrived; Embree's
-  // range does. Elsewhere the two differ by less than 1e-4 m.
-  if (!(std::abs(range - float_range) <= 1e-3)) range = float_range;
-  return {.triangle = triangle, .range = range, .cosine = std::min(1.0, -slope), .normal = normal};
+  meet_planes(planes);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    double range = planes.range[i];
+    // Along a triangle seen edge-on the plane says nothing of where on it the ray arrived; Embree's
+    // range does. Elsewhere the two differ by less than 1e-4 m.
+    const auto found = static_cast<double>(float_range[i]);
+    if (!(std::abs(range - found) <= 1e-3)) range = found;
+    hits[i] = {.triangle = triangles[i],
+               .range = range,
+               .cosine = planes.cosine[i],
+               .normal = {planes.normal[0][i], planes.normal[1][i], planes.normal[2][i]}};
+  }
+}
+
+Hit refined(const TriangleMesh& mesh, const Ray& ray, std::uint32_t triangle, float range) {
+  Hit hit;
+  refine<1>(mesh, {&ray, 1}, {triangle}, {range}, {&hit, 1});
+  return hit;
 }
 
 }  // namespace
@@ -241,7 +264,7 @@ struct RayCaster::Impl {
                              static_cast<float>(min_range), static_cast<float>(max_range));
     intersect1(scene.get(), r);
     if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-    return refined(mesh, origin, direction, r.hit.primID, r.ray.tfar);
+    return refined(mesh, {origin, direction}, r.hit.primID, r.ray.tfar);
   }
 
   Hit cast_without_leak(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -256,7 +279,7 @@ struct RayCaster::Impl {
     for (const Eigen::Vector3d& side : std::to_array<Eigen::Vector3d>({u, v, -u, -v})) {
       hit = cast_one(origin, direction + hair * side, min_range, max_range);
       if (hit.triangle != no_triangle)
-        return refined(mesh, origin, direction, hit.triangle, hit.range);
+        return refined(mesh, {origin, direction}, hit.triangle, static_cast<float>(hit.range));
     }
     return {};
   }
@@ -279,14 +302,21 @@ void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
   assert(rays.size() <= packet && hits.size() >= rays.size());
   RTCRayHit16 found;
   impl_->intersect(rays, max_range, found);
+  std::array<std::uint32_t, packet> triangles = {};
+  std::array<float, packet> ranges = {};
+  bool all = true;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const auto& [origin, direction] = rays[i];
-    // Coherent packets lose axis-parallel rays now and then.
-    hits[i] =
-        found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
-            ? impl_->cast_without_leak(origin, direction, 0, max_range)
-            : refined(impl_->mesh, origin, direction, found.hit.primID[i], found.ray.tfar[i]);
+    const bool met = found.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    all &= met;
+    triangles[i] = met ? found.hit.primID[i] : 0;
+    ranges[i] = found.ray.tfar[i];
   }
+  refine(impl_->mesh, rays, triangles, ranges, hits);
+  if (all) return;
+  // Coherent packets lose axis-parallel rays now and then.
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID)
+      hits[i] = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
 }
 
 void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
@@ -296,8 +326,7 @@ void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
   impl_->intersect(rays, max_range, found);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-      const Hit hit =
-          impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
+      const Hit hit = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
       glances[i] = {.triangle = hit.triangle,
                     .range = static_cast<float>(hit.range),
                     .cosine = static_cast<float>(hit.cosine)};

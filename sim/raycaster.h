@@ -63,8 +63,8 @@ class RayCaster {
                           double min_range, double max_range) const;
 
   /// The same from range 0 for up to packet_size rays, much faster if they are neighbours. hits[i]
-  /// belongs to rays[i]; its triangle is no_triangle where there is none. `hits` is at least as long
-  /// as `rays`.
+  /// belongs to rays[i]; its triangle is no_triangle where there is none. `hits` is at least as
+  /// long as `rays`.
   void cast_packet(std::span<const Ray> rays, double max_range, std::span<Hit> hits) const;
 
   /// The same without what takes double precision.

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -29,6 +30,8 @@ using Eigen::Vector3d;
 // closer together than 16 beams of one plane would, which makes Embree 1.7 times as fast. Without a
 // grid, one after the other.
 constexpr std::size_t tile_size = RayCaster::packet_size;
+static_assert(tile_size == lanes);
+constexpr double far = std::numeric_limits<double>::infinity();
 struct TileShape {
   int rings;
   int columns;
@@ -37,23 +40,24 @@ TileShape tile_shape(const Scanner& s) {
   return s.pattern == Pattern::risley ? TileShape{16, 1} : TileShape{4, 4};
 }
 
-// Calls visit(array) for every per-point array of a scan.
+// Calls visit(array of a, the same array of b) for every per-point array of two scans.
+constexpr std::size_t array_count = 14;
 template <class Visit>
-void for_each_array(Scan& s, Visit&& visit) {
-  visit(s.cloud.points);
-  visit(s.intensity);
-  visit(s.time);
-  visit(s.ring);
-  visit(s.column);
-  visit(s.range);
-  visit(s.true_range);
-  visit(s.true_point);
-  visit(s.incidence);
-  visit(s.true_normal);
-  visit(s.triangle);
-  visit(s.material);
-  visit(s.flags);
-  visit(s.echo);
+void for_each_array(Scan& a, Scan& b, const Visit& visit) {
+  visit(a.cloud.points, b.cloud.points);
+  visit(a.intensity, b.intensity);
+  visit(a.time, b.time);
+  visit(a.ring, b.ring);
+  visit(a.column, b.column);
+  visit(a.range, b.range);
+  visit(a.true_range, b.true_range);
+  visit(a.true_point, b.true_point);
+  visit(a.incidence, b.incidence);
+  visit(a.true_normal, b.true_normal);
+  visit(a.triangle, b.triangle);
+  visit(a.material, b.material);
+  visit(a.flags, b.flags);
+  visit(a.echo, b.echo);
 }
 
 // The relief of one material that its triangles leave out, as gradient noise.
@@ -103,6 +107,13 @@ struct Carrier {
   Pose at(double time) const { return path ? path->at(start + time) : T_world_start; }
 };
 
+// The points of some columns: those of column c lie from place c * plane_beams * returns on.
+struct Strip {
+  Scan points = {};                              // its arrays only
+  std::array<std::size_t, tile_size> kept = {};  // of each column
+  std::size_t columns = 0;
+};
+
 // Everything about one scan that does not change from beam to beam.
 struct Sweep {
   const RayCaster& caster;
@@ -120,10 +131,8 @@ struct Sweep {
   struct Shot {
     int ring = 0;
     std::size_t column = 0;  // within the strip
-    Pose T_start_scanner = Pose::Identity();
-    Beam beam = {};  // as it goes, scanner frame
-    std::array<FourNormals, 1 + max_tones / 2> normals = {};
-    bool lost = false;  // in dust
+    double time = 0;         // seconds
+    Beam beam = {};          // as it goes, in the frame of the scan
   };
 
   // The sub-rays of one shot, as far as they were cast.
@@ -137,9 +146,14 @@ struct Sweep {
                        std::span<const Hit> hits, std::span<Footprint> footprints) const;
   Ray sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const;
 
-  // Scans columns [first, first + count). The points of column c are written from place
-  // c * plane_beams * returns on; kept[c] tells how many there are.
-  void strip(int first, int count, Scan& out, std::vector<std::size_t>& kept) const;
+  // Whether dust swallows a beam before it comes to the hit.
+  bool lost_in_dust(std::uint64_t beam, const Hit& hit) const {
+    Random random(derived_seed(seed, "dust"), beam);
+    return random.uniform() > std::exp(-scanner.dust_loss * hit.range);
+  }
+
+  // Scans columns [first, first + count) into a strip that has room for them.
+  void scan_strip(int first, int count, Strip& strip) const;
 };
 
 Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const {
@@ -149,8 +163,8 @@ Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const 
       scanner.divergence_across > 0 ? scanner.divergence_across : scanner.divergence;
   // Diameters and full angles: half of them for radii.
   const Vector3d spot = scanner.spot / 2 * (place.along * along + place.across * across);
-  const Vector3d spread = place.along * scanner.divergence / 2 * along +
-                          place.across * divergence_across / 2 * across;
+  const Vector3d spread =
+      place.along * scanner.divergence / 2 * along + place.across * divergence_across / 2 * across;
   return {axis.origin + spot, (axis.direction + spread).normalized()};
 }
 
@@ -159,8 +173,7 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
   const std::size_t count = axes.size();
   std::array<Vector3d, tile_size> along;
   for (std::size_t i = 0; i < count; ++i) {
-    const Pose& T = shots[i].T_start_scanner;
-    along[i] = carrier.T_world_start.linear() * (T.linear() * shots[i].beam.along);
+    along[i] = carrier.T_world_start.linear() * shots[i].beam.along;
     footprints[i].rays[0] = axes[i];
     footprints[i].glances[0] = {hits[i].triangle, static_cast<float>(hits[i].range),
                                 static_cast<float>(hits[i].cosine)};
@@ -183,8 +196,8 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
     const auto leaves_plane = [&](std::size_t k) {
       if (f.glances[k].triangle == no_triangle) return true;
       const Vector3d on_plane = axes[i].origin + hits[i].range * axes[i].direction;
-      const double expected = hits[i].normal.dot(on_plane - f.rays[k].origin) /
-                              hits[i].normal.dot(f.rays[k].direction);
+      const double expected =
+          hits[i].normal.dot(on_plane - f.rays[k].origin) / hits[i].normal.dot(f.rays[k].direction);
       // True for NaN.
       return !(std::abs(expected - static_cast<double>(f.glances[k].range)) <= edge_tolerance);
     };
@@ -201,7 +214,8 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
   }
 }
 
-void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kept) const {
+void Sweep::scan_strip(int first, int count, Strip& strip) const {
+  Scan& out = strip.points;
   const TriangleMesh& mesh = caster.mesh();
   const TileShape tile = tile_shape(scanner);
   const auto plane_beams = static_cast<std::size_t>(scanner.plane_beams);
@@ -214,120 +228,119 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
   for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
     const std::size_t column = static_cast<std::size_t>(first) + c;
     const double jitter =
-        scanner.motion_jitter > 0
-            ? static_cast<double>(four_normals(derived_seed(seed, "head"), column, 0)[0])
-            : 0;
+        scanner.motion_jitter > 0 ? Random(derived_seed(seed, "head"), column).normal() : 0;
     planes[c] = kinematics.plane(static_cast<int>(column), jitter);
-    place[c] = column * column_size;
+    place[c] = c * column_size;
   }
 
   std::array<Shot, tile_size> shots;
   std::array<Ray, tile_size> axes;
   std::array<Hit, tile_size> hits;
   std::array<Footprint, tile_size> footprints;
+  std::array<std::uint8_t, tile_size * max_facets> sub_ray_of;  // each facet
+  std::array<std::uint64_t, tile_size> beams = {};              // their numbers in the scan
+  std::array<Echoes, tile_size> echoes;
+  Light light;
   for (int first_ring = 0; first_ring < scanner.plane_beams; first_ring += tile.rings) {
     const int ring_count = std::min(tile.rings, scanner.plane_beams - first_ring);
     std::size_t rays = 0;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
-      const std::size_t column = static_cast<std::size_t>(first) + c;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c)
       for (int r = first_ring; r < first_ring + ring_count; ++r, ++rays) {
-        Shot& shot = shots[rays];
-        shot.ring = r;
-        shot.column = c;
-        const std::size_t index = column * plane_beams + static_cast<std::size_t>(r);
-        if (noisy)
-          for (std::size_t block = 0; block < ranging.blocks(); ++block)
-            shot.normals[block] = four_normals(seed, index, block);
-        shot.beam = kinematics.actual(planes[c], r, static_cast<double>(shot.normals[0][3]));
-        if (carrier.path)
-          shot.T_start_scanner =
-              carrier.T_world_start.inverse(Eigen::Isometry) *
-              carrier.at(kinematics.time(r, planes[c].column));
-        axes[rays] = {carrier.T_world_start * (shot.T_start_scanner * shot.beam.origin),
-                      carrier.T_world_start.linear() *
-                          (shot.T_start_scanner.linear() * shot.beam.direction)};
+        shots[rays].ring = r;
+        shots[rays].column = c;
+        beams[rays] =
+            (static_cast<std::size_t>(first) + c) * plane_beams + static_cast<std::size_t>(r);
       }
+    if (noisy)
+      for (std::size_t block = 0; block < ranging.blocks(); ++block)
+        four_normals(seed, beams, block, light.normals[block]);
+    for (std::size_t i = 0; i < rays; ++i) {
+      Shot& shot = shots[i];
+      const Kinematics::Plane& plane = planes[shot.column];
+      shot.time = kinematics.time(shot.ring, plane.column);
+      shot.beam = kinematics.actual(plane, shot.ring, static_cast<double>(light.normals[0][3][i]));
+      if (carrier.path) {
+        const Pose T_start_scanner =
+            carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(shot.time);
+        shot.beam = {T_start_scanner * shot.beam.origin,
+                     T_start_scanner.linear() * shot.beam.direction,
+                     T_start_scanner.linear() * shot.beam.along};
+      }
+      axes[i] = {carrier.T_world_start * shot.beam.origin,
+                 carrier.T_world_start.linear() * shot.beam.direction};
     }
     caster.cast_packet({axes.data(), rays}, scanner.max_range, hits);
     if (with_footprint)
       cast_footprints({axes.data(), rays}, {shots.data(), rays}, {hits.data(), rays},
                       {footprints.data(), rays});
 
+    // What the light of each beam met, and which sub-ray each part of it is.
+    light.beams = rays;
+    std::size_t facets = 0;
     for (std::size_t i = 0; i < rays; ++i) {
-      const Shot& shot = shots[i];
-      const int ring = shot.ring;
-      const std::size_t column = static_cast<std::size_t>(first) + shot.column;
+      light.first[i] = facets;
+      light.age[i] = age + shots[i].time;
+      if (scanner.dust_loss > 0 && lost_in_dust(beams[i], hits[i])) continue;
       Hit& axis = hits[i];
       double shift = 0;  // of fine relief
-      if (axis.triangle != no_triangle && !reliefs.empty()) {
-        const FineRelief& relief = reliefs[mesh.material[axis.triangle]];
-        if (relief.height > 0) {
-          shift = -axis.range;
-          relief.apply(axes[i], axis);
-          shift += axis.range;
-        }
-      }
-
-      // What the light met, and which sub-ray each part of it is.
-      std::array<Facet, all_sub_rays> facets;
-      std::array<std::uint8_t, all_sub_rays> sub_ray_of;
-      std::size_t facet_count = 0;
       const auto add = [&](std::size_t k, double weight, double range, double signal) {
         if (!(range >= scanner.min_range && range <= scanner.max_range)) return;
-        facets[facet_count] = {weight, range, signal};
-        sub_ray_of[facet_count++] = static_cast<std::uint8_t>(k);
+        light.facets[facets] = {weight, range, signal};
+        sub_ray_of[facets++] = static_cast<std::uint8_t>(k);
       };
-      const Footprint& footprint = footprints[i];
-      const std::size_t cast_count = with_footprint ? footprint.count : 1;
+      const std::size_t cast_count = with_footprint ? footprints[i].count : 1;
       const double* weights =
           cast_count == all_sub_rays ? all_weights().data() : few_weights().data();
-      if (axis.triangle != no_triangle)
-        add(0, cast_count == 1 ? 1 : weights[0], axis.range,
-            reflectance[mesh.material[axis.triangle]] * axis.cosine);
+      if (axis.triangle != no_triangle) {
+        const std::uint8_t material = mesh.material[axis.triangle];
+        if (!reliefs.empty() && reliefs[material].height > 0) {
+          shift = -axis.range;
+          reliefs[material].apply(axes[i], axis);
+          shift += axis.range;
+        }
+        add(0, with_footprint ? weights[0] : 1, axis.range, reflectance[material] * axis.cosine);
+      }
       for (std::size_t k = 1; k < cast_count; ++k) {
-        const Glance& glance = footprint.glances[k];
+        const Glance& glance = footprints[i].glances[k];
         if (glance.triangle == no_triangle) continue;
         const std::uint8_t material = mesh.material[glance.triangle];
         const bool moved = axis.triangle != no_triangle && material == mesh.material[axis.triangle];
         add(k, weights[k], static_cast<double>(glance.range) + (moved ? shift : 0),
             reflectance[material] * static_cast<double>(glance.cosine));
       }
-      if (facet_count == 0) continue;
-      if (scanner.dust_loss > 0) {
-        Random random(derived_seed(seed, "dust"),
-                      column * plane_beams + static_cast<std::size_t>(ring));
-        if (random.uniform() > std::exp(-scanner.dust_loss * facets[0].range)) continue;
-      }
+    }
+    light.first[rays] = facets;
+    ranging.measure(light, {echoes.data(), rays});
+    Lanes cosines = {}, incidences;
+    for (std::size_t i = 0; i < rays; ++i) cosines[i] = static_cast<float>(hits[i].cosine);
+    arc_cosine(cosines.data(), incidences.data(), rays);
 
-      const double time = kinematics.time(ring, static_cast<int>(column));
-      const Echoes echoes = ranging.measure({facets.data(), facet_count}, shot.normals, age + time);
-      if (echoes.count == 0) continue;
-      const Beam nominal = kinematics.nominal(planes[shot.column], ring);
-      for (std::size_t e = 0; e < echoes.count; ++e) {
-        const Echo& echo = echoes.echo[e];
-        const std::size_t k = sub_ray_of[echo.facet];
-        Hit hit = axis;
-        const Ray& ray = k == 0 ? axes[i] : footprint.rays[k];
-        if (k > 0) {
-          hit = *caster.cast(ray.origin, ray.direction, 0, scanner.max_range);
-        }
+    for (std::size_t i = 0; i < rays; ++i) {
+      const Shot& shot = shots[i];
+      if (echoes[i].count == 0) continue;
+      const Beam nominal = kinematics.nominal(planes[shot.column], shot.ring);
+      for (std::size_t e = 0; e < echoes[i].count; ++e) {
+        const Echo& echo = echoes[i].echo[e];
+        const std::size_t k = sub_ray_of[light.first[i] + echo.facet];
+        const Ray& ray = k == 0 ? axes[i] : footprints[i].rays[k];
+        const Hit hit = k == 0 ? hits[i] : *caster.cast(ray.origin, ray.direction, 0, far);
         const std::size_t to = place[shot.column]++;
         // In single precision, as files hold them, so that writing and reading changes nothing: at
         // 48 m the last digit is worth 4 micrometres.
-        out.cloud.points[to] = (nominal.origin + echo.range * nominal.direction)
-                                   .cast<float>()
-                                   .cast<double>();
+        out.cloud.points[to] =
+            (nominal.origin + echo.range * nominal.direction).cast<float>().cast<double>();
         out.intensity[to] = echo.amplitude;
-        out.time[to] = time;
-        out.ring[to] = static_cast<std::uint32_t>(ring);
-        out.column[to] = static_cast<std::uint32_t>(column);
+        out.time[to] = shot.time;
+        out.ring[to] = static_cast<std::uint32_t>(shot.ring);
+        out.column[to] = static_cast<std::uint32_t>(planes[shot.column].column);
         out.range[to] = echo.range;
         out.true_range[to] = hit.range;
         out.true_point[to] =
-            (R_start_world * (ray.origin - carrier.T_world_start.translation() +
-                              hit.range * ray.direction))
+            (k == 0 ? Vector3d(shot.beam.origin + hit.range * shot.beam.direction)
+                    : Vector3d(R_start_world * (ray.origin + hit.range * ray.direction -
+                                                carrier.T_world_start.translation())))
                 .cast<float>();
-        out.incidence[to] = std::acos(static_cast<float>(hit.cosine));
+        out.incidence[to] = k == 0 ? incidences[i] : std::acos(static_cast<float>(hit.cosine));
         out.true_normal[to] = (R_start_world * hit.normal).cast<float>();
         out.triangle[to] = hit.triangle;
         out.material[to] = mesh.material[hit.triangle];
@@ -337,9 +350,9 @@ void Sweep::strip(int first, int count, Scan& out, std::vector<std::size_t>& kep
     }
   }
   for (std::size_t c = 0; c < static_cast<std::size_t>(count); ++c) {
-    const std::size_t column = static_cast<std::size_t>(first) + c;
-    kept[column] = place[c] - column * column_size;
+    strip.kept[c] = place[c] - c * column_size;
   }
+  strip.columns = static_cast<std::size_t>(count);
 }
 
 void check_pose(const Pose& T_world_scanner) {
@@ -348,6 +361,22 @@ void check_pose(const Pose& T_world_scanner) {
   // Poses are read from text of four digits and more, and normalised; this only finds scalings.
   if (!T_world_scanner.linear().isUnitary(1e-6))
     throw std::invalid_argument("T_world_scanner: expected a rotation and a translation");
+}
+
+// Appends the points of strips.
+void append(Scan& result, std::span<Strip> strips, std::size_t column_size) {
+  parallel_for(array_count, 1, [&](std::size_t wanted, std::size_t) {
+    for (Strip& strip : strips) {
+      std::size_t number = 0;
+      for_each_array(result, strip.points, [&](auto& all, const auto& part) {
+        if (number++ != wanted) return;
+        for (std::size_t c = 0; c < strip.columns; ++c) {
+          const auto from = part.begin() + static_cast<std::ptrdiff_t>(c * column_size);
+          all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(strip.kept[c]));
+        }
+      });
+    }
+  });
 }
 
 Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& carrier,
@@ -366,7 +395,6 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
     result.rings = static_cast<std::uint32_t>(plane_beams);
     result.columns = static_cast<std::uint32_t>(planes);
   }
-  for_each_array(result, [&](auto& array) { array.resize(planes * column_size); });
 
   Sweep sweep{.caster = caster,
               .scanner = scanner,
@@ -388,23 +416,23 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
   if (!scanner.fine_relief || std::none_of(sweep.reliefs.begin(), sweep.reliefs.end(), has_relief))
     sweep.reliefs.clear();
 
-  std::vector<std::size_t> kept(planes);
-  parallel_for(planes, static_cast<std::size_t>(tile_shape(scanner).columns),
-               [&](std::size_t begin, std::size_t end) {
-                 sweep.strip(static_cast<int>(begin), static_cast<int>(end - begin), result, kept);
-               });
-
-  // Close the gaps that beams without return left at the ends of the columns.
-  for_each_array(result, [&](auto& array) {
-    std::size_t end = 0;
-    for (std::size_t column = 0; column < planes; ++column) {
-      const auto from = array.begin() + static_cast<std::ptrdiff_t>(column * column_size);
-      const auto to = array.begin() + static_cast<std::ptrdiff_t>(end);
-      if (from != to) std::copy(from, from + static_cast<std::ptrdiff_t>(kept[column]), to);
-      end += kept[column];
-    }
-    array.resize(end);
-  });
+  // A few strips at a time: their points stay in the processor's cache until they are appended,
+  // and the result is written once.
+  const auto columns = static_cast<std::size_t>(tile_shape(scanner).columns);
+  std::array<Strip, 16> strips;
+  for (Strip& strip : strips)
+    for_each_array(strip.points, result, [&](auto& array, auto& all) {
+      array.resize(std::min(columns, planes) * column_size);
+      all.reserve(planes * column_size);
+    });
+  for (std::size_t first = 0; first < planes; first += strips.size() * columns) {
+    const std::size_t here = std::min(strips.size() * columns, planes - first);
+    parallel_for(here, columns, [&](std::size_t begin, std::size_t end) {
+      sweep.scan_strip(static_cast<int>(first + begin), static_cast<int>(end - begin),
+                       strips[begin / columns]);
+    });
+    append(result, {strips.data(), (here + columns - 1) / columns}, column_size);
+  }
   return result;
 }
 

@@ -37,10 +37,9 @@ void check_tones(const Scanner& s) {
     const double strongest = s.saturation > 0 ? s.saturation : depth;
     const double sigma = s.tones[k] * s.amplitude_noise / (2 * std::numbers::pi * strongest);
     if (!(sigma < s.tones[k - 1] / 2))
-      fail(s,
-           fmt::format("the tone of {} m cannot tell the periods of the one of {} m: even on a "
-                       "white plate it errs by {:.3g} m, expected less than half of {} m",
-                       s.tones[k], s.tones[k - 1], sigma, s.tones[k - 1]));
+      fail(s, fmt::format("the tone of {} m cannot tell the periods of the one of {} m: even on a "
+                          "white plate it errs by {:.3g} m, expected less than half of {} m",
+                          s.tones[k], s.tones[k - 1], sigma, s.tones[k - 1]));
     const double step = s.phase_bits > 0 ? std::ldexp(s.tones[k], -s.phase_bits) : 0;
     if (!(step < s.tones[k - 1] / 2))
       fail(s, fmt::format("the tone of {} m cannot tell the periods of the one of {} m: with {} "
@@ -61,8 +60,9 @@ void check_pattern(const Scanner& s) {
   }
   if (s.pattern == Pattern::pinhole &&
       !(s.plane_field < 3 && std::abs(s.motion_start) < 1.5 && std::abs(s.motion_end) < 1.5))
-    fail(s, "a pinhole sees less than 180 degrees: expected plane-field < 3 and motion-start, "
-            "motion-end within 1.5");
+    fail(s,
+         "a pinhole sees less than 180 degrees: expected plane-field < 3 and motion-start, "
+         "motion-end within 1.5");
   if (s.pattern == Pattern::risley) {
     // Light leaves the last face unless it is totally reflected; both wedges together bend most.
     const double bend = std::asin(std::min(1.0, s.refraction_index * std::sin(s.wedge_1))) +

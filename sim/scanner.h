@@ -38,9 +38,7 @@ enum class RangingKind {
   pulse,  // the time of flight of a pulse
   phase,  // the phases of tones that modulate continuous light
 };
-constexpr auto names_of(RangingKind) {
-  return std::to_array<std::string_view>({"pulse", "phase"});
-}
+constexpr auto names_of(RangingKind) { return std::to_array<std::string_view>({"pulse", "phase"}); }
 
 /// Most returns of one beam.
 inline constexpr int max_returns = 3;
@@ -84,15 +82,15 @@ struct Scanner {
   // What returns. The received amplitude is reflectance * cos(incidence) * g(R) with
   // g(R) = 1 - exp(-(defocus_range / R)^2): 1/R^2 far away, constant near by, where the receiver is
   // out of focus. 1 is a white plate at 1 m.
-  double min_range = 0.5;      // m; true and measured
-  double max_range = 100;      // m; true and measured
-  double defocus_range = 9;    // m
-  double min_amplitude = 0;    // below it, noise included, there is no return
-  double saturation = 0;       // what the receiver takes at most; 0: any signal
-  double fog_extinction = 0;   // 1/m; light is lost on both ways
-  double dust_loss = 0;        // 1/m; share of the beams that a metre of dusty air swallows
-  double spot = 0;             // m, diameter of the beam where it leaves (1/e^2 of the intensity)
-  double divergence = 0;       // rad, full angle, along the sweep
+  double min_range = 0.5;        // m; true and measured
+  double max_range = 100;        // m; true and measured
+  double defocus_range = 9;      // m
+  double min_amplitude = 0;      // below it, noise included, there is no return
+  double saturation = 0;         // what the receiver takes at most; 0: any signal
+  double fog_extinction = 0;     // 1/m; light is lost on both ways
+  double dust_loss = 0;          // 1/m; share of the beams that a metre of dusty air swallows
+  double spot = 0;               // m, diameter of the beam where it leaves (1/e^2 of the intensity)
+  double divergence = 0;         // rad, full angle, along the sweep
   double divergence_across = 0;  // rad, across it; 0: the same
   int sub_rays = 1;              // 1, 7 or 19: how finely the footprint is sampled
   bool edge_test = true;         // whether 12 of 19 are only cast where the other 7 see an edge

@@ -22,8 +22,8 @@
 #include "core/parallel.h"
 #include "scenes/scene.h"
 #include "scenes/scene_mesh.h"
-#include "sim/raycaster.h"
 #include "sim/kinematics.h"
+#include "sim/raycaster.h"
 #include "sim/scan.h"
 #include "sim/survey.h"
 

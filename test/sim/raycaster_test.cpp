@@ -194,8 +194,7 @@ TEST(RayCaster, PacketsSeeWhatSingleRaysSee) {
     Random random(6, i);
     const Vector3d centre = random_direction(random);
     std::array<Ray, RayCaster::packet_size> rays;
-    for (Ray& ray : rays)
-      ray = {origin, (centre + 0.01 * random_direction(random)).normalized()};
+    for (Ray& ray : rays) ray = {origin, (centre + 0.01 * random_direction(random)).normalized()};
     std::array<Hit, RayCaster::packet_size> hits;
     const std::size_t count = 1 + i % RayCaster::packet_size;
     caster.cast_packet({rays.data(), count}, far, hits);

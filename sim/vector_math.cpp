@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "sim/vector_math.h"
+
+#include <numbers>
+
+// This file is compiled once for each kind of processor.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sim/vector_math.cpp"
+#include <hwy/foreach_target.h>
+//
+#include <hwy/contrib/math/math-inl.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace minescan {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Float = hn::CappedTag<float, lanes>;
+using Vector = hn::Vec<Float>;
+
+constexpr float pi = std::numbers::pi_v<float>;
+
+void SineCosine(const float* angle, float* sine, float* cosine, std::size_t count) {
+  const Float d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Vector x = hn::LoadU(d, angle + i);
+    hn::StoreU(hn::Sin(d, x), d, sine + i);
+    hn::StoreU(hn::Cos(d, x), d, cosine + i);
+  }
+}
+
+void ArcTangent(const float* y, const float* x, float* angle, std::size_t count) {
+  const Float d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Vector vy = hn::LoadU(d, y + i);
+    const Vector vx = hn::LoadU(d, x + i);
+    const Vector ay = hn::Abs(vy);
+    const Vector ax = hn::Abs(vx);
+    const Vector high = hn::Max(ax, ay);
+    const Vector ratio =
+        hn::IfThenElseZero(hn::Gt(high, hn::Zero(d)), hn::Div(hn::Min(ax, ay), high));
+    Vector a = hn::Atan(d, ratio);
+    a = hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(d, pi / 2), a), a);
+    a = hn::IfThenElse(hn::Lt(vx, hn::Zero(d)), hn::Sub(hn::Set(d, pi), a), a);
+    hn::StoreU(hn::CopySignToAbs(a, vy), d, angle + i);
+  }
+}
+
+void ArcCosine(const float* x, float* angle, std::size_t count) {
+  const Float d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d))
+    hn::StoreU(hn::Acos(d, hn::LoadU(d, x + i)), d, angle + i);
+}
+
+void ExponentialMinus1(const float* x, float* result, std::size_t count) {
+  const Float d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d))
+    hn::StoreU(hn::Expm1(d, hn::LoadU(d, x + i)), d, result + i);
+}
+
+// Philox4x32-10 (Salmon et al. 2011), a number of 32 bits in each lane of 64. Test: the same bits
+// as Random.
+void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& streams,
+                 std::uint64_t block, std::array<Lanes, 4>& result) {
+  const hn::CappedTag<std::uint64_t, lanes> d;
+  using V = hn::Vec<decltype(d)>;
+  const V low = hn::Set(d, 0xffffffff);
+  const V m0 = hn::Set(d, 0xD2511F53), m1 = hn::Set(d, 0xCD9E8D57);
+  const auto product = [&](V a, V b) {
+#if HWY_TARGET == HWY_SCALAR
+    return hn::Set(d, hn::GetLane(a) * hn::GetLane(b));
+#else
+    const hn::Repartition<std::uint32_t, decltype(d)> halves;
+    return hn::MulEven(hn::BitCast(halves, a), hn::BitCast(halves, b));
+#endif
+  };
+  alignas(64) std::array<std::array<std::uint64_t, lanes>, 4> words;
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const V stream = hn::LoadU(d, streams.data() + i);
+    V c0 = hn::Set(d, block & 0xffffffff);
+    V c1 = hn::Set(d, block >> 32);
+    V c2 = hn::And(stream, low);
+    V c3 = hn::ShiftRight<32>(stream);
+    auto k0 = static_cast<std::uint32_t>(seed);
+    auto k1 = static_cast<std::uint32_t>(seed >> 32);
+    for (int round = 0; round < 10; ++round) {
+      const V p0 = product(c0, m0);
+      const V p1 = product(c2, m1);
+      const V n0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p1), c1), hn::Set(d, std::uint64_t{k0}));
+      const V n2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p0), c3), hn::Set(d, std::uint64_t{k1}));
+      c1 = hn::And(p1, low);
+      c3 = hn::And(p0, low);
+      c0 = n0;
+      c2 = n2;
+      k0 += 0x9E3779B9;
+      k1 += 0xBB67AE85;
+    }
+    hn::Store(c0, d, words[0].data() + i);
+    hn::Store(c1, d, words[1].data() + i);
+    hn::Store(c2, d, words[2].data() + i);
+    hn::Store(c3, d, words[3].data() + i);
+  }
+  const Float f;
+  Lanes radius_part, angle_part;
+  for (std::size_t pair = 0; pair < 2; ++pair) {
+    for (std::size_t i = 0; i < lanes; ++i) {
+      // Middles of 2^24 equal steps, exact in single precision: never 0, so the logarithm is
+      // finite.
+      radius_part[i] =
+          (static_cast<float>(static_cast<std::int32_t>(words[2 * pair + 1][i] >> 8)) + 0.5f) *
+          0x1.0p-24f;
+      angle_part[i] =
+          (static_cast<float>(static_cast<std::int32_t>(words[2 * pair][i] >> 8)) + 0.5f) *
+          0x1.0p-24f;
+    }
+    for (std::size_t i = 0; i < lanes; i += hn::Lanes(f)) {
+      const Vector u = hn::LoadU(f, radius_part.data() + i);
+      const Vector radius = hn::Sqrt(hn::Mul(hn::Set(f, -2), hn::Log(f, u)));
+      const Vector angle = hn::Mul(hn::Set(f, 2 * pi), hn::LoadU(f, angle_part.data() + i));
+      hn::StoreU(hn::Mul(radius, hn::Cos(f, angle)), f, result[2 * pair].data() + i);
+      hn::StoreU(hn::Mul(radius, hn::Sin(f, angle)), f, result[2 * pair + 1].data() + i);
+    }
+  }
+}
+
+void MeetPlanes(TriangleHits& hits) {
+  const hn::CappedTag<double, lanes> d;
+  const hn::Rebind<float, decltype(d)> f;
+  using V = hn::Vec<decltype(d)>;
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const auto corner = [&](const Lanes& x) { return hn::PromoteTo(d, hn::LoadU(f, &x[i])); };
+    const auto dot = [](const V* u, const V* v) {
+      return hn::MulAdd(u[0], v[0], hn::MulAdd(u[1], v[1], hn::Mul(u[2], v[2])));
+    };
+    V a[3], ab[3], ac[3], direction[3], offset[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = corner(hits.a[k]);
+      ab[k] = hn::Sub(corner(hits.b[k]), a[k]);
+      ac[k] = hn::Sub(corner(hits.c[k]), a[k]);
+      direction[k] = hn::LoadU(d, &hits.direction[k][i]);
+      offset[k] = hn::Sub(a[k], hn::LoadU(d, &hits.origin[k][i]));
+    }
+    V normal[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t u = (k + 1) % 3, v = (k + 2) % 3;
+      normal[k] = hn::Sub(hn::Mul(ab[u], ac[v]), hn::Mul(ab[v], ac[u]));
+    }
+    V scale = hn::Div(hn::Set(d, 1), hn::Sqrt(dot(normal, normal)));
+    // Towards the ray's origin.
+    scale = hn::CopySign(scale, hn::Neg(dot(normal, direction)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal[k] = hn::Mul(normal[k], scale);
+      hn::StoreU(normal[k], d, &hits.normal[k][i]);
+    }
+    const V slope = dot(normal, direction);
+    hn::StoreU(hn::Div(dot(normal, offset), slope), d, &hits.range[i]);
+    hn::StoreU(hn::Min(hn::Set(d, 1), hn::Neg(slope)), d, &hits.cosine[i]);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace minescan
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace minescan {
+
+HWY_EXPORT(SineCosine);
+HWY_EXPORT(ArcTangent);
+HWY_EXPORT(ArcCosine);
+HWY_EXPORT(ExponentialMinus1);
+HWY_EXPORT(MeetPlanes);
+HWY_EXPORT(FourNormals);
+
+void sine_cosine(const float* angle, float* sine, float* cosine, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(SineCosine)(angle, sine, cosine, count);
+}
+void arc_tangent(const float* y, const float* x, float* angle, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(ArcTangent)(y, x, angle, count);
+}
+void arc_cosine(const float* x, float* angle, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(ArcCosine)(x, angle, count);
+}
+void meet_planes(TriangleHits& hits) { HWY_DYNAMIC_DISPATCH(MeetPlanes)(hits); }
+void exponential_minus_1(const float* x, float* result, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(ExponentialMinus1)(x, result, count);
+}
+void four_normals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& streams,
+                  std::uint64_t block, std::array<Lanes, 4>& result) {
+  HWY_DYNAMIC_DISPATCH(FourNormals)(seed, streams, block, result);
+}
+
+}  // namespace minescan
+#endif
