@@ -69,5 +69,6 @@ Command baseline_command();
 Command check_command();
 Command paper_command();
 Command merge_command();
+Command validate_command();
 
 }  // namespace minescan

@@ -14,10 +14,10 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "core/parallel.h"
+#include "sim/drawing.h"
 
 namespace minescan {
 namespace {
@@ -25,120 +25,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int largest_edge = 16384;  // pixels; three bytes for each of 16384^2 are 0.8 GB
-constexpr int samples = 2;           // per pixel and direction; their mean is the pixel
+constexpr int samples = 2;  // per pixel and direction; their mean is the pixel
 
 // What these pictures look like was chosen by eye. Colours are red, green, blue in [0, 1].
-const Vector3d ink(1, 1, 1);
-const Vector3d rock(0.13, 0.13, 0.15);
 const Vector3d outline(0.02, 0.02, 0.03);
 constexpr double brightest_surface = 0.94;  // so that ink stands out everywhere
 constexpr double step_height = 0.05;        // metres; lower steps cast no shadow in a plan
 constexpr double step_slope = 1.5;
 constexpr double step_shadow = 0.55;
-
-std::uint8_t byte_of(double value) {
-  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 1.0) * 255 + 0.5);
-}
-
-void check_edge(const char* what, int pixels) {
-  if (pixels < 1 || pixels > largest_edge)
-    throw std::invalid_argument(fmt::format("picture: expected a {} of 1 to {} pixels, found {}",
-                                            what, largest_edge, pixels));
-}
-
-Picture blank(int width, int height, const Vector3d& colour) {
-  Picture p{.width = width, .height = height};
-  p.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for (std::size_t i = 0; i < p.rgb.size(); ++i)
-    p.rgb[i] = byte_of(colour[static_cast<Eigen::Index>(i % 3)]);
-  return p;
-}
-
-std::uint8_t* pixel(Picture& p, int x, int y) {
-  return &p.rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(p.width) +
-                     static_cast<std::size_t>(x))];
-}
-
-void set_pixel(Picture& p, int x, int y, const Vector3d& colour) {
-  std::uint8_t* rgb = pixel(p, x, y);
-  for (int k = 0; k < 3; ++k) rgb[k] = byte_of(colour[k]);
-}
-
-// Fills the part of the rectangle that is on the picture.
-void fill(Picture& p, int x, int y, int width, int height, const Vector3d& colour) {
-  for (int j = std::max(y, 0); j < std::min(y + height, p.height); ++j)
-    for (int i = std::max(x, 0); i < std::min(x + width, p.width); ++i) set_pixel(p, i, j, colour);
-}
-
-// Letters of 5 by 7 dots, rows from the top.
-struct Glyph {
-  char letter = ' ';
-  std::string_view dots = {};
-};
-constexpr int glyph_width = 5;
-constexpr int glyph_height = 7;
-// clang-format off
-constexpr auto glyphs = std::to_array<Glyph>({
-    {'0', " ### " "#   #" "#  ##" "# # #" "##  #" "#   #" " ### "},
-    {'1', "  #  " " ##  " "  #  " "  #  " "  #  " "  #  " " ### "},
-    {'2', " ### " "#   #" "    #" "   # " "  #  " " #   " "#####"},
-    {'3', "#####" "   # " "  #  " "   # " "    #" "#   #" " ### "},
-    {'4', "   # " "  ## " " # # " "#  # " "#####" "   # " "   # "},
-    {'5', "#####" "#    " "#### " "    #" "    #" "#   #" " ### "},
-    {'6', "  ## " " #   " "#    " "#### " "#   #" "#   #" " ### "},
-    {'7', "#####" "    #" "   # " "  #  " "  #  " "  #  " "  #  "},
-    {'8', " ### " "#   #" "#   #" " ### " "#   #" "#   #" " ### "},
-    {'9', " ### " "#   #" "#   #" " ####" "    #" "   # " " ##  "},
-    {'.', "     " "     " "     " "     " "     " " ##  " " ##  "},
-    {'a', "     " "     " " ### " "    #" " ####" "#   #" " ####"},
-    {'m', "     " "     " "## # " "# # #" "# # #" "# # #" "# # #"},
-    {'t', " #   " " #   " "###  " " #   " " #   " " #  #" "  ## "},
-    {'x', "     " "     " "#   #" " # # " "  #  " " # # " "#   #"},
-    {'y', "     " "     " "#   #" " # # " " # # " "  #  " "##   "},
-});
-// clang-format on
-
-int text_width(std::string_view text, int dot) {
-  return (static_cast<int>(text.size()) * (glyph_width + 1) - 1) * dot;
-}
-
-// Writes with the upper left corner at x, y; letters without a glyph stay blank.
-void write(Picture& p, int x, int y, std::string_view text, int dot) {
-  for (const char letter : text) {
-    for (const Glyph& glyph : glyphs) {
-      if (glyph.letter != letter) continue;
-      for (int i = 0; i < glyph_width * glyph_height; ++i)
-        if (glyph.dots[static_cast<std::size_t>(i)] == '#')
-          fill(p, x + i % glyph_width * dot, y + i / glyph_width * dot, dot, dot, ink);
-    }
-    x += (glyph_width + 1) * dot;
-  }
-}
-
-// Pixels per dot of a letter, so that text can be read on a picture of that width shown entirely.
-int dot_size(int width) { return width < 400 ? 1 : std::max(2, width / 800); }
-
-// A bar of `length` pixels between two ticks, their bottom at y, and the label behind it. Returns
-// where the label ends.
-int draw_bar(Picture& p, int x, int y, int length, std::string_view label, int dot) {
-  const int tick = 4 * dot;
-  fill(p, x, y - dot, length, dot, ink);
-  fill(p, x, y - tick, dot, tick, ink);
-  fill(p, x + length - dot, y - tick, dot, tick, ink);
-  const int behind = x + length + 4 * dot;
-  write(p, behind, y - glyph_height * dot, label, dot);
-  return behind + text_width(label, dot);
-}
-
-// The longest of 1, 2, 5 times a power of ten that is not above `limit`.
-double round_length(double limit) {
-  double power = 1;
-  while (power > limit) power /= 10;
-  while (power * 10 <= limit) power *= 10;
-  if (power * 5 <= limit) return power * 5;
-  return power * 2 <= limit ? power * 2 : power;
-}
 
 // A colour of brightness about 1 by which a material can be told from others; the first, mostly
 // the rock, is grey. Hues at the golden angle stay apart however many there are. Wet is bluish.
@@ -246,15 +140,15 @@ void draw_axes(Picture& p, int x, int y, bool turned, int dot) {
   const int arm = 10 * dot;
   const int lower = y + 16 * dot;
   if (turned) {
-    fill(p, x, y + dot, arm, dot, ink);
-    fill(p, x, y + dot, dot, arm, ink);
-    write(p, x + arm + 2 * dot, y - 2 * dot, "y", dot);
-    write(p, x + 3 * dot, y + 6 * dot, "x", dot);
+    fill_rectangle(p, x, y + dot, arm, dot, ink_colour);
+    fill_rectangle(p, x, y + dot, dot, arm, ink_colour);
+    write_text(p, x + arm + 2 * dot, y - 2 * dot, "y", dot);
+    write_text(p, x + 3 * dot, y + 6 * dot, "x", dot);
   } else {
-    fill(p, x, lower - 2 * dot, arm, dot, ink);
-    fill(p, x, lower - dot - arm, dot, arm, ink);
-    write(p, x + arm + 2 * dot, lower - 7 * dot, "x", dot);
-    write(p, x + 3 * dot, lower - 7 * dot - 9 * dot, "y", dot);
+    fill_rectangle(p, x, lower - 2 * dot, arm, dot, ink_colour);
+    fill_rectangle(p, x, lower - dot - arm, dot, arm, ink_colour);
+    write_text(p, x + arm + 2 * dot, lower - 7 * dot, "x", dot);
+    write_text(p, x + 3 * dot, lower - 7 * dot - 9 * dot, "y", dot);
   }
 }
 
@@ -276,7 +170,7 @@ struct Camera {
 // Light sent to the eye by a surface, as a display shows it.
 Vector3d lit(const Camera& camera, const TriangleMesh& mesh, std::span<const Vector3d> tints,
              const Hit& hit) {
-  if (hit.triangle == no_triangle) return rock;
+  if (hit.triangle == no_triangle) return ground_colour;
   const std::size_t material = mesh.material[hit.triangle];
   // The lamp grows dimmer with distance, but less than lamps do, and the ambient light from the
   // upper left even less, so that what is far can be seen as well. Ambient light shows the relief
@@ -340,7 +234,7 @@ Picture plan_picture(const RayCaster& caster, int width) {
   // A quotient that rounding left a hair above a whole number is that number.
   const int rows = std::max(1, static_cast<int>(std::ceil(shorter / plan.metres_per_pixel - 1e-6)));
   const int caption = 24 * dot;
-  Picture picture = blank(width, margin + rows + caption, rock);
+  Picture picture = blank_picture(width, margin + rows + caption, ground_colour);
 
   // How much of each pixel is open, of samples^2.
   std::vector<std::uint8_t> open(static_cast<std::size_t>(columns) *
@@ -358,7 +252,7 @@ Picture plan_picture(const RayCaster& caster, int width) {
           for (int i = 0; i < samples; ++i) {
             const Floor floor =
                 plan.below(plan.world(x + (i + 0.5) / samples, y + (j + 0.5) / samples));
-            sum += floor.open ? floor.colour : rock;
+            sum += floor.open ? floor.colour : ground_colour;
             if (!floor.open) continue;
             ++open[slot(x, y)];
             height[slot(x, y)] = floor.height;
@@ -406,7 +300,7 @@ Picture plan_picture(const RayCaster& caster, int width) {
   const int extents_start = width - margin - text_width(extents, dot);
   const int axes_start = extents_start - 30 * dot;
   if (extents_start > bar_end + 4 * dot)
-    write(picture, extents_start, base - glyph_height * dot, extents, dot);
+    write_text(picture, extents_start, base - glyph_height * dot, extents, dot);
   if (axes_start > bar_end + 4 * dot)
     draw_axes(picture, axes_start, base - 16 * dot, plan.turned, dot);
   return picture;
@@ -427,7 +321,7 @@ Picture inside_picture(const RayCaster& caster, const Pose& T_world_camera, doub
                       .height = height,
                       .focal_length = width / 2.0 / std::tan(field / 2)};
   const std::vector<Vector3d> colours = tints(caster.mesh());
-  Picture picture = blank(width, height, rock);
+  Picture picture = blank_picture(width, height, ground_colour);
   parallel_for(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
     render_rows(caster, camera, colours, static_cast<int>(begin), static_cast<int>(end), picture);
   });
@@ -438,8 +332,8 @@ Picture inside_picture(const RayCaster& caster, const Pose& T_world_camera, doub
   if (!middle || !(middle->range > 0)) return picture;
   const int dot = dot_size(width);
   const int cross = 4 * dot;
-  fill(picture, width / 2 - cross, height / 2, 2 * cross + 1, 1, ink);
-  fill(picture, width / 2, height / 2 - cross, 1, 2 * cross + 1, ink);
+  fill_rectangle(picture, width / 2 - cross, height / 2, 2 * cross + 1, 1, ink_colour);
+  fill_rectangle(picture, width / 2, height / 2 - cross, 1, 2 * cross + 1, ink_colour);
   // One metre, or ten or a tenth of it and so on where that is no sensible length of a bar.
   const double pixels_per_metre = camera.focal_length / middle->range;
   double length = 1;
@@ -449,8 +343,8 @@ Picture inside_picture(const RayCaster& caster, const Pose& T_world_camera, doub
   const int bar = static_cast<int>(std::lround(length * pixels_per_metre));
   const std::string label = fmt::format("{:g} m at {:.2f} m", length, middle->range);
   // On a dark ground, to be read on any rock.
-  fill(picture, margin - 4 * dot, height - 19 * dot, bar + 12 * dot + text_width(label, dot),
-       15 * dot, rock);
+  fill_rectangle(picture, margin - 4 * dot, height - 19 * dot,
+                 bar + 12 * dot + text_width(label, dot), 15 * dot, ground_colour);
   draw_bar(picture, margin, height - 8 * dot, bar, label, dot);
   return picture;
 }
@@ -464,7 +358,8 @@ Picture stacked(const Picture& above, const Picture& below) {
           fmt::format("picture: expected 3 bytes for each of {} x {} pixels, found {}", p->width,
                       p->height, p->rgb.size()));
   }
-  Picture result = blank(std::max(above.width, below.width), above.height + below.height, rock);
+  Picture result =
+      blank_picture(std::max(above.width, below.width), above.height + below.height, ground_colour);
   int top = 0;
   for (const Picture* p : {&above, &below}) {
     const int left = (result.width - p->width) / 2;

@@ -27,13 +27,13 @@ Scanner optab() {
       .sub_rays = 19,        // footprint in full
       .range_noise = 0.006,  // assumed, with its growth: 8 to 15 mm at 10 m on dry rock
       .ranging = RangingKind::phase,
-      .tones = {4.8, 48},        // assumed: 31.25 and 3.125 MHz; Lambda = c / 2f
-      .tone_depths = {1, 0.12},  // assumed, with the noise: 0.5 to 2 % take a wrong period
-      .leakage = 8e-4,           // assumed: a cyclic error of 5 mm on dry rock at 10 m
-      .phase_bits = 14,          // assumed, 12 to 16
-      .encoder_jitter = 3e-4,    // assumed
-      .index_error = 2e-3,       // assumed
-      .wobble = 5e-4,            // assumed
+      .tones = {4.8, 48},         // assumed: 31.25 and 3.125 MHz; Lambda = c / 2f
+      .tone_depths = {1, 0.165},  // assumed, with the noise: 0.5 to 2 % take a wrong period
+      .leakage = 8e-4,            // assumed: a cyclic error of 5 mm on dry rock at 10 m
+      .phase_bits = 14,           // assumed, 12 to 16
+      .encoder_jitter = 3e-4,     // assumed
+      .index_error = 2e-3,        // assumed
+      .wobble = 5e-4,             // assumed
   };
 }
 
@@ -91,14 +91,14 @@ std::vector<Scanner> make_scanners() {
       .spot = 0.008,            // from memory, with its divergence
       .divergence = 0.0044,
       .sub_rays = 19,
-      .range_noise = 0.0025,  // fits 2.5 / 3.8 / 4.4 / 5.2 mm measured at 1 to 8 m
-      .range_noise_growth = 0.0004,
+      .range_noise = 0.0021,          // the straight line through 2.5, 3.8, 4.4 and 5.2 mm, as
+      .range_noise_growth = 0.00046,  // measured at 1-2, 2-4, 4-6 and 6-8 m
       .range_noise_max = 0.010,
       .quantisation = 0.001,  // mm mode
       .range_bias = 0.010,    // assumed; data sheet: within 15 mm
       .warm_up = 0.005,       // from memory
       .pulse_length = 4,      // assumed, with its capture: measured are 0.22 to 0.29
-      .pulse_capture = 0.75,  // mixed pixels per jump, half-way in the median
+      .pulse_capture = 0.77,  // mixed pixels per jump, half-way in the median
       .motion_jitter = 1e-4,  // assumed
   };
 

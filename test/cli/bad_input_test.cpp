@@ -57,10 +57,22 @@ TEST(BadInput, OfNames) {
             2,
             "expected key=value"},
            {{"scene", "none.yaml", "--out", "a.ply"}, 1, "none.yaml: cannot be read"},
+           {{"validate"}, 2, "--out"},
+           {{"validate", "--out", "a", "--quick"}, 2, "--quick"},
+           {{"validate", "--out", "a", "--set", "seed=2"}, 2, "validate: takes no --set"},
            {{"list", "--threads", "0"}, 2, "--threads"},
            {{"list", "--seed", "one"}, 2, "--seed"},
        })
     expect_refused(c, folder);
+}
+
+TEST(BadInput, OfFoldersThatAreThere) {
+  const ScratchFolder folder;
+  write_text(folder / "a.txt", "mine");
+  std::filesystem::create_directory(folder / "b");
+  for (const std::string name : {"a.txt", "b"})
+    expect_refused({{"validate", "--out", name}, 1, name}, folder);
+  EXPECT_EQ(content(folder / "a.txt"), "mine");
 }
 
 TEST(BadInput, OfSizes) {

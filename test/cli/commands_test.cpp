@@ -60,7 +60,7 @@ TEST(Program, HelpsAndSaysItsVersion) {
   const ProgramResult help = run_minescan({"--help"}, folder);
   EXPECT_EQ(help.exit_code, 0);
   for (const char* command : {"list", "scene", "survey", "register", "sweep", "merge", "export",
-                              "report", "baseline", "check", "paper"}) {
+                              "report", "baseline", "check", "validate", "paper"}) {
     EXPECT_NE(help.output.find(command), std::string::npos) << command;
     const ProgramResult own = run_minescan({command, "--help"}, folder);
     EXPECT_EQ(own.exit_code, 0) << command;

@@ -6,16 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstdint>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
 #include "scenes/materials.h"
 #include "scenes/mine.h"
-#include "scenes/scene_mesh.h"
+#include "scenes/spectra.h"
 #include "sim/raycaster.h"
 #include "test/scenes/measure.h"
 
@@ -24,167 +24,23 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Rock without any relief.
-RockOptions flat_rock() {
-  RockOptions rock;
-  rock.wall.rms = rock.ceiling.rms = rock.concrete.rms = 0;
-  rock.floor_class = RoadClass::none;
-  rock.bedding_step = rock.overbreak = rock.look_out = rock.half_cast_spacing = 0;
-  rock.rock_density = rock.rut_depth = rock.wet_share = rock.puddle_share = 0;
-  rock.corner_radius = 0;
-  return rock;
-}
-
-/// A straight drift along x.
-struct Plan {
-  double from = 0;
-  double to = 60;
-  double width = 10;
-  double height = 6;
-};
-
-TriangleMesh meshed(const RockOptions& rock, const Plan& plan, double edge, std::uint64_t seed) {
-  Mine mine;
-  mine.drifts["main"] = {
-      .line = {{plan.from, 0, 0}, {plan.to, 0, 0}}, .width = plan.width, .height = plan.height};
-  mine.rock = rock;
-  return mesh_of(scene_of("test", mine, {.edge_length = edge}, seed));
-}
-
-/// The walls, ceiling and floor of a drift as heights over their flat places, into the rock.
-class Survey {
- public:
-  Survey(const RockOptions& rock, const Plan& plan, double edge, std::uint64_t seed)
-      : plan_(plan), rays_(meshed(rock, plan, edge, seed)) {}
-
-  double left(double x, double z) const { return range({x, 0, z}, {0, 1, 0}) - plan_.width / 2; }
-  double right(double x, double z) const { return range({x, 0, z}, {0, -1, 0}) - plan_.width / 2; }
-  double ceiling(double x, double y) const {
-    return range(middle(x, y), {0, 0, 1}) - half_height();
-  }
-  /// Upwards, as floors are measured.
-  double floor(double x, double y) const { return half_height() - range(middle(x, y), {0, 0, -1}); }
-  const RayCaster& rays() const { return rays_; }
-
- private:
-  double half_height() const { return plan_.height / 2; }
-  Eigen::Vector3d middle(double x, double y) const { return {x, y, half_height()}; }
-  double range(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
-    const std::optional<Hit> hit = rays_.cast(from, to, 0, 1000);
+RangeFinder range_finder(TriangleMesh mesh) {
+  return [caster = RayCaster(std::move(mesh))](const Eigen::Vector3d& from,
+                                               const Eigen::Vector3d& direction) {
+    const std::optional<Hit> hit = caster.cast(from, direction, 0, 1000);
     EXPECT_TRUE(hit.has_value());
     return hit ? hit->range : 0;
-  }
+  };
+}
 
-  Plan plan_;
-  RayCaster rays_;
-};
-
-/// Mean one-sided power spectral density of profiles, each under a Hann window, which keeps the
-/// strong long waves from leaking into the short ones.
-class Density {
- public:
-  Density(int samples, double step)
-      : n_(static_cast<std::size_t>(samples)), step_(step), turn_(n_), window_(n_), sum_(n_ / 2) {
-    for (std::size_t i = 0; i < n_; ++i) {
-      const double angle = 2 * pi * static_cast<double>(i) / static_cast<double>(n_);
-      turn_[i] = std::polar(1.0, -angle);
-      window_[i] = 0.5 - 0.5 * std::cos(angle);
-    }
-  }
-
-  /// `height` of the place i steps along.
-  template <class Height>
-  void add(Height&& height) {
-    std::vector<double> profile(n_);
-    double mean = 0, weights = 0, squares = 0;
-    for (std::size_t i = 0; i < n_; ++i) {
-      profile[i] = height(static_cast<double>(i) * step_);
-      mean += window_[i] * profile[i];
-      weights += window_[i];
-      squares += window_[i] * window_[i];
-    }
-    mean /= weights;
-    for (std::size_t i = 0; i < n_; ++i) profile[i] = window_[i] * (profile[i] - mean);
-    for (std::size_t k = 0; k < sum_.size(); ++k) {
-      std::complex<double> amplitude = 0;
-      std::size_t turn = 0;  // i k modulo n
-      for (std::size_t i = 0; i < n_; ++i) {
-        amplitude += profile[i] * turn_[turn];
-        turn += k;
-        if (turn >= n_) turn -= n_;
-      }
-      sum_[k] += 2 * std::norm(amplitude) * step_ / squares;
-    }
-    ++lines_;
-  }
-
-  /// Mean of density times frequency^power over a band around `frequency`, a half octave wide.
-  ///
-  /// Lines run along rows of the mesh's vertices, between which a mesh is straight: linear
-  /// interpolation at spacing h multiplies a wave's amplitude by sinc^2(f h), which is undone here.
-  /// Lines are sampled twice per edge so that the images beyond 1 / (2 h) do not fold back.
-  double smoothed(double frequency, double edge, double power = 0) const {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t k = 1; k < sum_.size(); ++k) {
-      const double f = static_cast<double>(k) / (static_cast<double>(n_) * step_);
-      if (f < frequency / std::exp2(0.25) || f >= frequency * std::exp2(0.25)) continue;
-      const double sinc = std::sin(pi * f * edge) / (pi * f * edge);
-      sum += sum_[k] / lines_ * std::pow(f, power) / std::pow(sinc, 4);
-      ++count;
-    }
-    EXPECT_GT(count, 0) << "frequency " << frequency;
-    return sum / count;
-  }
-
-  /// Slope of a straight line through the logarithms from one wavelength to another.
-  double slope(double shortest, double longest, double edge) const {
-    double sx = 0, sy = 0, sxx = 0, sxy = 0, n = 0;
-    for (double f = 1 / longest; f <= 1.001 / shortest; f *= std::sqrt(2.0)) {
-      const double x = std::log(f), y = std::log(smoothed(f, edge));
-      ++n;
-      sx += x;
-      sy += y;
-      sxx += x * x;
-      sxy += x * y;
-    }
-    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  }
-
- private:
-  std::size_t n_;
-  double step_;
-  std::vector<std::complex<double>> turn_;
-  std::vector<double> window_;
-  std::vector<double> sum_;
-  int lines_ = 0;
-};
-
-/// The row of vertices next to a coordinate, see lattice_point.
-double row(double coordinate, double edge) { return (std::floor(coordinate / edge) + 0.5) * edge; }
-
-struct Spectra {
-  Density wall, ceiling, floor;
-};
+DriftSurvey survey_of(const RockOptions& rock, const StraightDrift& drift, double edge,
+                      std::uint64_t seed) {
+  return {drift, range_finder(drift_mesh(rock, drift, edge, seed))};
+}
 
 /// Along 60 m of drift for each of some seeds.
-Spectra spectra_of(const RockOptions& rock, double edge, std::uint64_t seeds) {
-  const Plan plan{};
-  const double from = 2, step = edge / 2;
-  const Density none(static_cast<int>((plan.to - 2 * from) / step), step);
-  Spectra s{none, none, none};
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Survey survey(rock, plan, edge, seed);
-    for (double z = 0.5; z < plan.height - 0.4; z += 0.5) {
-      s.wall.add([&](double x) { return survey.left(from + x, row(z, edge)); });
-      s.wall.add([&](double x) { return survey.right(from + x, row(z, edge)); });
-    }
-    for (double y = -4; y < 4.1; y += 0.5) {
-      s.ceiling.add([&](double x) { return survey.ceiling(from + x, row(y, edge)); });
-      s.floor.add([&](double x) { return survey.floor(from + x, row(y, edge)); });
-    }
-  }
-  return s;
+DriftSpectra spectra_of(const RockOptions& rock, double edge, std::uint64_t seeds) {
+  return drift_spectra(rock, edge, 1, seeds, range_finder);
 }
 
 // From 4 edges to a third of the longest wave. The longest waves that are fitted are the worst
@@ -197,12 +53,12 @@ TEST(Surfaces, WallsAndCeilingsHaveTheirHurstExponents) {
   RockOptions rock = flat_rock();
   rock.wall = defaults.wall;  // H 0.75, for these edges show nothing below 0.3 m
   rock.ceiling = {.rms = 0.015, .hurst = 0.5};
-  const Spectra one = spectra_of(rock, edge, 4);
+  const DriftSpectra one = spectra_of(rock, edge, 4);
   EXPECT_NEAR(one.wall.slope(shortest, longest, edge), -(1 + 2 * 0.75), 0.1);
   EXPECT_NEAR(one.ceiling.slope(shortest, longest, edge), -(1 + 2 * 0.5), 0.1);
   rock.wall = {.rms = 0.07, .hurst = 0.5};
   rock.ceiling = defaults.ceiling;
-  const Spectra other = spectra_of(rock, edge, 4);
+  const DriftSpectra other = spectra_of(rock, edge, 4);
   EXPECT_NEAR(other.wall.slope(shortest, longest, edge), -(1 + 2 * 0.5), 0.1);
   EXPECT_NEAR(other.ceiling.slope(shortest, longest, edge), -(1 + 2 * 0.75), 0.1);
 }
@@ -215,12 +71,12 @@ TEST(Surfaces, DefaultWallsAreRougherBelowTheirKnee) {
   const double edge = 0.01, step = edge / 2;
   RockOptions rock = flat_rock();
   rock.wall = RockOptions{}.wall;
-  const Plan plan{.from = 0, .to = 4, .width = 1.2, .height = 1.2};
-  const Survey survey(rock, plan, edge, 1);
-  Density density(600, step);
+  const StraightDrift plan{.from = 0, .to = 4, .width = 1.2, .height = 1.2};
+  const DriftSurvey survey = survey_of(rock, plan, edge, 1);
+  ProfileDensity density(600, step);
   for (double z = 0.25; z < 1; z += 0.1) {
-    density.add([&](double x) { return survey.left(0.5 + x, row(z, edge)); });
-    density.add([&](double x) { return survey.right(0.5 + x, row(z, edge)); });
+    density.add([&](double x) { return survey.left(0.5 + x, vertex_row(z, edge)); });
+    density.add([&](double x) { return survey.right(0.5 + x, vertex_row(z, edge)); });
   }
   const double slope = density.slope(0.08, 0.3, edge);
   EXPECT_NEAR(slope, -2, 0.25);
@@ -238,7 +94,7 @@ TEST(Surfaces, FloorsAreWithinTheirRoadClass) {
     const double middle = 16e-6 * std::pow(4, k);  // G_d(n0), ISO 8608
     RockOptions rock = flat_rock();
     rock.floor_class = road;
-    const Spectra s = spectra_of(rock, edge, 3);
+    const DriftSpectra s = spectra_of(rock, edge, 3);
     for (double n = 0.1; n < 3.3; n *= std::sqrt(2.0)) {
       const double density = s.floor.smoothed(n, edge, 2) / (n0 * n0);  // as at n0
       EXPECT_GT(density, middle / 2) << n << " cycles per metre, class " << k;
@@ -271,11 +127,11 @@ TEST(Surfaces, HaveTheStatedRms) {
   rock.wall = {.rms = 0.07, .hurst = 0.75};
   rock.ceiling = {.rms = 0.03, .hurst = 0.5};
   rock.floor_class = RoadClass::E;
-  const Plan plan{.from = 0, .to = 40};
+  const StraightDrift plan{.from = 0, .to = 40};
   std::array<double, 3> squares = {}, sums = {};
   double count = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
-    const Survey survey(rock, plan, edge, seed);
+    const DriftSurvey survey = survey_of(rock, plan, edge, seed);
     for (double x = 2; x < 38; x += 0.37)
       for (double t = 0.1; t < 0.91; t += 0.1) {
         const double y = (t - 0.5) * plan.width, z = t * plan.height;
@@ -303,15 +159,15 @@ TEST(Surfaces, AreTheSameBytesForASeedAndAnyNumberOfThreads) {
   RockOptions rock;  // all there is
   rock.wet_share = 0.2;
   rock.puddle_share = 0.1;
-  const Plan plan{.from = 0, .to = 25};
+  const StraightDrift plan{.from = 0, .to = 25};
   TriangleMesh one;
   {
     const ThreadLimit limit(1);
-    one = meshed(rock, plan, 0.2, 7);
+    one = drift_mesh(rock, plan, 0.2, 7);
   }
   const ThreadLimit limit(4);
-  EXPECT_TRUE(same_bytes(one, meshed(rock, plan, 0.2, 7)));
-  EXPECT_FALSE(same_bytes(one, meshed(rock, plan, 0.2, 8)));
+  EXPECT_TRUE(same_bytes(one, drift_mesh(rock, plan, 0.2, 7)));
+  EXPECT_FALSE(same_bytes(one, drift_mesh(rock, plan, 0.2, 8)));
 }
 
 // The same place of a wall in two mines, one of them 10 m longer at its far end, so that its rounds
@@ -319,9 +175,10 @@ TEST(Surfaces, AreTheSameBytesForASeedAndAnyNumberOfThreads) {
 TEST(Surfaces, BelongToTheWorldNotToTheMine) {
   RockOptions rock;
   rock.half_cast_spacing = 0;
-  const Plan shorter{.from = 0, .to = 20}, longer{.from = 0, .to = 30};
-  const Survey a(rock, shorter, 0.1, 3), same_edges(rock, longer, 0.1, 3);
-  const Survey other_edges(rock, longer, 0.13, 3);
+  const StraightDrift shorter{.from = 0, .to = 20}, longer{.from = 0, .to = 30};
+  const DriftSurvey a = survey_of(rock, shorter, 0.1, 3);
+  const DriftSurvey same_edges = survey_of(rock, longer, 0.1, 3);
+  const DriftSurvey other_edges = survey_of(rock, longer, 0.13, 3);
   double squares = 0, differences = 0;
   int n = 0;
   for (double x = 2; x < 17; x += 0.11)
@@ -348,8 +205,8 @@ TEST(Surfaces, ShowTheSameStonesFromAnyPlace) {
   RockOptions rock = flat_rock();
   rock.rock_density = 0.2;
   rock.rock_size = 0.8;
-  const Survey fine(rock, {.from = 0, .to = 20}, 0.05, 4);
-  const Survey coarse(rock, {.from = 0, .to = 30}, 0.08, 4);
+  const DriftSurvey fine = survey_of(rock, {.from = 0, .to = 20}, 0.05, 4);
+  const DriftSurvey coarse = survey_of(rock, {.from = 0, .to = 30}, 0.08, 4);
   int stones = 0, seen = 0;
   for (int i = 2; i < 18; ++i)
     for (int j = -4; j < 4; ++j) {
@@ -362,9 +219,8 @@ TEST(Surfaces, ShowTheSameStonesFromAnyPlace) {
       ++stones;
       for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1, 1, 4), Eigen::Vector3d(19, -2, 4)}) {
         const Eigen::Vector3d line = top - eye;
-        const auto hit = coarse.rays().cast(eye, line.normalized(), 0, 100);
-        ASSERT_TRUE(hit.has_value());
-        if (std::abs(hit->range - line.norm()) < 0.16) ++seen;
+        const double range = coarse.range(eye, line.normalized());
+        if (std::abs(range - line.norm()) < 0.16) ++seen;
       }
     }
   // 128 square metres with 0.2 stones each, of which 0.37 to 0.75 of the width is high enough:
@@ -380,8 +236,9 @@ TEST(Surfaces, WallsKeepHalvesOfDrillHoles) {
   RockOptions rock = flat_rock();
   rock.half_cast_spacing = 0.7;
   const double edge = 0.02;
-  const Plan plan{.from = 0, .to = 20, .width = 1.4, .height = 2.9};  // 5 rounds, 4 holes high
-  const Survey survey(rock, plan, edge, 5);
+  const StraightDrift plan{
+      .from = 0, .to = 20, .width = 1.4, .height = 2.9};  // 5 rounds, 4 holes high
+  const DriftSurvey survey = survey_of(rock, plan, edge, 5);
   const int rounds = 5, holes = 4;
   int grooves = 0;
   for (int round = 0; round < rounds; ++round)
@@ -429,7 +286,8 @@ TEST(Surfaces, WallsKeepHalvesOfDrillHoles) {
 TEST(Surfaces, CoarseEdgesShowNoDrillHoles) {
   RockOptions rock = flat_rock();
   rock.half_cast_spacing = 0.7;
-  const Survey survey(rock, {.from = 0, .to = 8, .width = 2, .height = 3}, 0.05, 5);
+  const DriftSurvey survey =
+      survey_of(rock, {.from = 0, .to = 8, .width = 2, .height = 3}, 0.05, 5);
   for (double x = 0.5; x < 7.5; x += 0.25)
     for (double z = 0.1; z < 2.9; z += 0.01) EXPECT_NEAR(survey.left(x, z), 0, 1e-4);
 }
@@ -441,13 +299,13 @@ TEST(Surfaces, CoarseEdgesShowNoDrillHoles) {
 TEST(Surfaces, WallsWidenOverARoundAndFallBack) {
   RockOptions rock = flat_rock();
   rock.look_out = 0.2;
-  const Plan plan{.from = 0, .to = 60};
+  const StraightDrift plan{.from = 0, .to = 60};
   const double round = rock.round_length, fall = 0.4, stray = 0.3;
   const int bins = 40;
   std::array<double, bins> mean = {};
   double count = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const Survey survey(rock, plan, 0.2, seed);
+    const DriftSurvey survey = survey_of(rock, plan, 0.2, seed);
     for (int r = 1; r < 14; ++r) {
       for (double z = 0.5; z < 5.6; z += 0.5) {
         for (int bin = 0; bin < bins; ++bin) {
@@ -489,7 +347,7 @@ TEST(Surfaces, OverbreakIsOutwardsOnASixthOfTheWalls) {
   rock.overbreak = 0.1;
   double covered = 0, depth = 0, count = 0, deepest = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const Survey survey(rock, {}, 0.2, seed);
+    const DriftSurvey survey = survey_of(rock, {}, 0.2, seed);
     for (double x = 1; x < 59; x += 0.25)
       for (double z = 0.25; z < 5.9; z += 0.25)
         for (const double height : {survey.left(x, z), survey.right(x, z)}) {
@@ -522,7 +380,7 @@ TEST(Surfaces, LooseRocksHaveTheStatedNumber) {
   int stones = 0, cells = 0;
   double covered = 0, count = 0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    const Survey survey(rock, {.from = 0, .to = 42}, edge, seed);
+    const DriftSurvey survey = survey_of(rock, {.from = 0, .to = 42}, edge, seed);
     for (int i = 1; i < 41; ++i)
       for (int j = -4; j < 4; ++j) {
         double highest = 0;
@@ -552,7 +410,7 @@ TEST(Surfaces, WheelsLeaveTwoRuts) {
   const double edge = 0.05, depth = 0.1, track = 2, width = 0.25;
   RockOptions rock = flat_rock();
   rock.rut_depth = depth;
-  const Survey survey(rock, {.from = 0, .to = 6}, edge, 1);
+  const DriftSurvey survey = survey_of(rock, {.from = 0, .to = 6}, edge, 1);
   double deepest_left = 0, at_left = 0, deepest_right = 0, at_right = 0;
   for (double y = -4; y < 4; y += edge / 4) {
     const double height = survey.floor(3.01, y);
@@ -592,7 +450,7 @@ TEST(Surfaces, PuddlesAreFlatOnTheStatedShareOfTheFloor) {
   double wet = 0, all = 0;
   std::size_t flat = 0, shore = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const TriangleMesh mesh = meshed(rock, {}, 0.2, seed);
+    const TriangleMesh mesh = drift_mesh(rock, {}, 0.2, seed);
     wet += area_of(mesh, water);
     all += area_of(mesh, water) + area_of(mesh, gravel);
     // Vertices whose triangles are all water.
@@ -621,7 +479,7 @@ TEST(Surfaces, WetRockHasTheStatedShare) {
   rock.wet_share = 0.3;
   double wet = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    const TriangleMesh mesh = meshed(rock, {}, 0.2, seed);
+    const TriangleMesh mesh = drift_mesh(rock, {}, 0.2, seed);
     const double here = area_of(mesh, wet_sandstone);
     wet += here;
     all += here + area_of(mesh, sandstone) + area_of(mesh, bedded_sandstone);
