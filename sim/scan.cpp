@@ -140,6 +140,7 @@ struct Sweep {
     std::array<Ray, all_sub_rays> rays;
     std::array<Glance, all_sub_rays> glances;
     std::size_t count = 1;  // of them cast, the axis included
+    double off_plane = 0;   // metres, of the farthest end from the plane that the axis meets
   };
   // Casts what the footprints of the shots need beyond the axes.
   void cast_footprints(std::span<const Ray> axes, std::span<const Shot> shots,
@@ -190,6 +191,20 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
       footprints[i].glances[k] = glances[i];
     }
   }
+  const auto measure_off_plane = [&](std::size_t i, std::size_t first) {
+    Footprint& f = footprints[i];
+    const Vector3d on_plane = axes[i].origin + hits[i].range * axes[i].direction;
+    for (std::size_t k = first; k < f.count; ++k) {
+      const bool met = f.glances[k].triangle != no_triangle && hits[i].triangle != no_triangle;
+      const Vector3d end =
+          f.rays[k].origin + static_cast<double>(f.glances[k].range) * f.rays[k].direction;
+      f.off_plane = std::max(f.off_plane, met ? std::abs(hits[i].normal.dot(end - on_plane)) : far);
+    }
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    footprints[i].off_plane = 0;
+    measure_off_plane(i, 1);
+  }
   if (scanner.sub_rays <= static_cast<int>(few_sub_rays)) return;
   for (std::size_t i = 0; i < count; ++i) {
     Footprint& f = footprints[i];
@@ -211,6 +226,7 @@ void Sweep::cast_footprints(std::span<const Ray> axes, std::span<const Shot> sho
     caster.glance_packet({f.rays.data() + few_sub_rays, rest}, scanner.max_range,
                          {f.glances.data() + few_sub_rays, rest});
     f.count = all_sub_rays;
+    measure_off_plane(i, few_sub_rays);
   }
 }
 
@@ -345,6 +361,9 @@ void Sweep::scan_strip(int first, int count, Strip& strip) const {
         out.triangle[to] = hit.triangle;
         out.material[to] = mesh.material[hit.triangle];
         out.flags[to] = echo.flags;
+        // A surface seen at grazing incidence spreads along the beam, but it is one.
+        if (with_footprint && footprints[i].off_plane <= surface_gap / 2)
+          out.flags[to] &= static_cast<std::uint8_t>(~flag_mixed_pixel);
         out.echo[to] = static_cast<std::uint8_t>(e + 1);
       }
     }

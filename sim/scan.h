@@ -34,7 +34,9 @@ inline constexpr double edge_tolerance = 0.02;
 /// A footprint (sub_rays > 1) is sampled with sub-rays that spread from `spot` by `divergence`. Of
 /// 19, 12 are only cast where one of the other 7 ends more than edge_tolerance off the plane of the
 /// triangle on the axis; what then is missed (things so thin that none of the 7 meets them) is
-/// there with edge_test switched off.
+/// there with edge_test switched off. A return is flagged as a mixed pixel if what its light met
+/// has a gap of more than surface_gap along the beam and lies more than half of that off the plane
+/// that the axis meets: at grazing incidence a smooth surface has the first, but not the second.
 ///
 /// Relief comes in two parts. What the mesh shows is displacement: triangles that hide each other
 /// and cast shadows. What is finer, where a material has `roughness` and `fine_slope`, is

@@ -42,6 +42,8 @@ struct StationPair {
 struct Drive {
   std::vector<std::string> along = {};     // names of drifts whose centre lines it follows
   std::vector<Eigen::Vector3d> line = {};  // or points at floor level, metres
+  std::string path_file = {};              // or where `path` comes from:
+  Trajectory path = {};                    // T_world_scanner; it scans while it moves along it
   bool closed = false;                     // round and round
   int scans = 10;
   double step_min = 4;                      // m, from one scan to the next; section 5.1 of

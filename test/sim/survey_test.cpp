@@ -55,8 +55,9 @@ TEST(Surveys, AreKnownByNameAndEachOfThemRuns) {
       EXPECT_EQ(scans[i].scanner, row.drive ? row.drive->scanner : row.stations[i].scanner);
       EXPECT_EQ(scans[i].beams, 30u * 21u);
       EXPECT_GT(scans[i].range.size(), 30u * 21u / 2);
-      if (!row.drive)
+      if (!row.drive) {
         EXPECT_TRUE(scans[i].T_world_scanner.isApprox(survey.stations[i].T_world_scanner));
+      }
     }
   }
 }
