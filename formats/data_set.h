@@ -7,6 +7,8 @@
 //   trajectory.tum   the same all the way, of a scanner that moves
 //   odometry.tum     what the vehicle believed
 //   pairs.csv        target, source, overlap, truth and guess of every pair
+//
+// Folders for other programs may be beside them (formats/data_set_formats.h).
 #pragma once
 
 #include <filesystem>

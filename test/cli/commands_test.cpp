@@ -240,6 +240,40 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
   EXPECT_EQ(content(folder / "mine/thesis.tex"), "years of work");
 }
 
+// The clouds of every format register like the data set itself.
+TEST(Survey, WritesForOtherProgramsToo) {
+  const ScratchFolder folder;
+  EXPECT_EQ(run_minescan({"survey", "junction", "--out", "a", "--format", "pcd,nonsense"}, folder)
+                .exit_code,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+  std::string formats;
+  for (const Json& row :
+       Json::parse(run_minescan({"list", "formats", "--json"}, folder).output)["formats"])
+    if (const std::string name = row["name"]; name[0] != '.')
+      formats += (formats.empty() ? "" : ",") + name;
+  EXPECT_EQ(formats, "pcd,las,npy,uos,uosr,kitti,benchmark");
+  const ProgramResult survey = run_minescan(
+      joined({"survey", "junction", "--out", "data", "--format", formats}, small_survey()), folder);
+  ASSERT_EQ(survey.exit_code, 0) << survey.errors;
+  for (const char* file : {"kitti/poses.txt", "kitti/times.txt", "benchmark/junction_local.txt",
+                           "uos/scan001.pose", "npy/columns.txt"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "data" / file)) << file;
+  for (const auto& [target, source] :
+       {std::pair{"pcd/0000.pcd", "pcd/0001.pcd"}, std::pair{"las/0000.las", "las/0001.las"},
+        std::pair{"npy/0000.npy", "npy/0001.npy"}, std::pair{"uos/scan000.3d", "uosr/scan001.3d"},
+        std::pair{"kitti/velodyne/000000.bin", "scans/0001.ply"},
+        std::pair{"benchmark/0000.pcd", "benchmark/0001.pcd"}}) {
+    const ProgramResult registered = run_minescan(
+        {"register", std::string("data/") + target, std::string("data/") + source, "--method",
+         "icp", "--guess", "0.3,0,0,0,0,0,1", "--truth", "0,0,0,0,0,0,1", "--json", "-"},
+        folder);
+    ASSERT_EQ(registered.exit_code, 0) << registered.errors;
+    // A good result of the paper's section 5.2.2.
+    EXPECT_LT(Json::parse(registered.output)["translation_error_m"].get<double>(), 0.1) << target;
+  }
+}
+
 TEST(Sweep, GivesTheSamePosesForAnyThreadsShardsAndResumes) {
   const ScratchFolder folder;
   const auto sweep = [&](const std::vector<std::string>& more) {
