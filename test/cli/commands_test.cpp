@@ -248,8 +248,8 @@ TEST(Survey, WritesForOtherProgramsToo) {
             2);
   EXPECT_FALSE(std::filesystem::exists(folder / "a"));
   std::string formats;
-  for (const Json& row :
-       Json::parse(run_minescan({"list", "formats", "--json"}, folder).output)["formats"])
+  const Json list = Json::parse(run_minescan({"list", "formats", "--json"}, folder).output);
+  for (const Json& row : list["formats"])
     if (const std::string name = row["name"]; name[0] != '.')
       formats += (formats.empty() ? "" : ",") + name;
   EXPECT_EQ(formats, "pcd,las,npy,uos,uosr,kitti,benchmark");
