@@ -281,8 +281,7 @@ Survey kvarntorp_loop() {
 }
 
 std::vector<Survey> make_surveys() {
-  // The paper's outlook: scans while driving. Slow, so that a scan of 7 s is done by the next stop,
-  // and round the smaller stones.
+  // The paper's outlook: scans while driving, slowly enough that one of 7 s is done by the next.
   Survey moving = kvarntorp_loop();
   moving.name = "kvarntorp-loop-moving";
   moving.description = "the same, scanned without stopping: 80 scans that the motion distorts";

@@ -49,7 +49,7 @@ inline constexpr double edge_tolerance = 0.02;
 /// footprint by what it is on the axis. true_range, incidence and true_normal include it.
 ///
 /// throws  std::invalid_argument for a scanner that `check` refuses or a pose that is not finite
-/// cost    docs and figures: README, Speed; 95 bytes per beam and return
+/// cost    README, Speed; 95 bytes per point
 Scan scan(const RayCaster& caster, const Scanner& scanner, const Pose& T_world_scanner,
           std::uint64_t seed, const std::string& scene, double age = 0);
 
