@@ -9,7 +9,6 @@
 #include "core/input_file.h"
 #include "core/text.h"
 #include "formats/data_set.h"
-#include "scenes/named_parts.h"
 #include "sim/scanner.h"
 
 namespace minescan {
@@ -25,34 +24,12 @@ Field text_field(std::string name, std::string expected, std::string help, std::
           .canonical = std::move(canonical)};
 }
 
-// Settings of the survey itself.
-struct SurveyOptions {
+struct Seed {
   std::uint64_t seed = 1;
-  Guess guess = Guess::normal;
-  double odometry_translation = 0;
-  double odometry_rotation = 0;
-  OdometryOptions odometry = {};
-  TotalStationOptions total_station = {};
 };
 template <class Visitor>
-void fields(SurveyOptions& o, Visitor&& field) {
+void fields(Seed& o, Visitor&& field) {
   field("seed", o.seed, not_negative, "", "names every random choice");
-  field("guess", o.guess, "where the start poses of pairs come from");
-  field("odometry-translation", o.odometry_translation, between(0, 100), "m",
-        "normal: errors per axis from one station to the next, one sigma");
-  field("odometry-rotation", o.odometry_rotation, between(0, 3), "rad",
-        "normal: errors about each axis, one sigma");
-  fields(o.odometry, under("odometry.", field));
-  fields(o.total_station, under("total-station.", field));
-}
-
-SurveyOptions options_of(const Survey& survey, std::uint64_t seed) {
-  return {.seed = seed,
-          .guess = survey.guess,
-          .odometry_translation = survey.odometry_translation,
-          .odometry_rotation = survey.odometry_rotation,
-          .odometry = survey.odometry,
-          .total_station = survey.total_station};
 }
 
 std::string same(std::string_view text) { return std::string(text); }
@@ -132,7 +109,8 @@ std::vector<Field> survey_fields(const Survey& survey, std::uint64_t seed,
   std::vector<Field> list;
   list.push_back(text_field("survey", "a name in `minescan list surveys`",
                             "the survey to start from", survey.name, same));
-  append(list, fields_of(options_of(survey, seed)));
+  append(list, fields_of(Seed{seed}));
+  append(list, fields_of(survey));
   list.push_back(text_field("pairs", "target-source, ...",
                             "which scans are registered, by the numbers of their stations",
                             pairs_text(survey.pairs), canonical_pairs));
@@ -189,7 +167,11 @@ void take_scanner(const Config& config, const std::string& prefix, std::string& 
   const std::string wanted = said(config, prefix + "scanner");
   if (wanted.empty() || wanted == scanner) return;
   Config file = is_config_file(wanted) ? read_config(wanted) : Config{};
-  scanner = find_scanner(is_config_file(wanted) ? take(file, "scanner", "") : wanted).name;
+  const std::string row = is_config_file(wanted) ? take(file, "scanner", "") : wanted;
+  if (row.empty())
+    throw std::invalid_argument(wanted +
+                                ": expected a key 'scanner' that names the one to start from");
+  scanner = find_scanner(row).name;
   settings = resolve(file, fields_of(find_scanner(scanner)));
 }
 
@@ -208,10 +190,10 @@ Options with_known_settings(const Options& options, const Settings& settings) {
 // Station numbers in keys are 0, 1, ... without a gap; more than the survey has add stations, which
 // must name their scanner and pose.
 void add_stations(Survey& survey, const Config& config) {
-  for (std::size_t k = survey.stations.size();; ++k) {
-    const std::string scanner = said(config, station_prefix(k) + "scanner");
-    if (scanner.empty()) return;
-    survey.stations.push_back({.scanner = scanner});
+  for (std::size_t k = survey.stations.size(); !said(config, station_prefix(k) + "scanner").empty();
+       ++k) {
+    Station& added = survey.stations.emplace_back();
+    take_scanner(config, station_prefix(k), added.scanner, added.settings);
   }
 }
 
@@ -254,13 +236,13 @@ Config gather_config(const std::string& text, const Config& changes) {
 }
 
 std::uint64_t take_seed(Config& config, const std::optional<std::uint64_t>& wanted) {
-  const std::vector<Field> known = fields_of(SurveyOptions{});
+  const std::vector<Field> known = fields_of(Seed{});
   Config seeds;
   for (const ConfigEntry& entry : config)
     if (entry.key == "seed") seeds.push_back(entry);
   const Settings settings = resolve(seeds, known);
   std::erase_if(config, [](const ConfigEntry& e) { return e.key == "seed"; });
-  return wanted.value_or(with_settings(SurveyOptions{}, settings).seed);
+  return wanted.value_or(with_settings(Seed{}, settings).seed);
 }
 
 SceneConfig load_scene_config(const std::string& text, const Config& changes,
@@ -282,7 +264,7 @@ std::string scene_config_yaml(const SceneConfig& scene) {
   std::vector<Field> list;
   list.push_back(text_field("scene", "a name in `minescan list scenes`", "the kind of mine",
                             scene.name, same));
-  list.push_back(fields_of(SurveyOptions{.seed = scene.seed}).front());
+  list.push_back(fields_of(Seed{scene.seed}).front());
   append(list, find_scene(scene.name).fields(scene.settings));
   return config_yaml(list, scene.settings);
 }
@@ -319,12 +301,7 @@ SurveyConfig load_survey_config(const std::string& text, const Config& changes,
     const auto found = settings.find(name);
     return found == settings.end() ? fallback : found->second;
   };
-  const SurveyOptions options = with_known_settings(options_of(survey, result.seed), settings);
-  survey.guess = options.guess;
-  survey.odometry_translation = options.odometry_translation;
-  survey.odometry_rotation = options.odometry_rotation;
-  survey.odometry = options.odometry;
-  survey.total_station = options.total_station;
+  survey = with_known_settings(survey, settings);
   survey.pairs = parse_pair_list(value("pairs", pairs_text(survey.pairs)));
 
   Settings scene = without_prefix("scene.", settings);

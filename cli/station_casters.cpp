@@ -63,7 +63,7 @@ StationCasters::StationCasters(const SurveyConfig& config, bool quiet)
 
 Survey StationCasters::stations() {
   const Ground ground = [&](const Eigen::Vector3d& from) {
-    return height_below(around(from, range_of(survey_, 0)), from);
+    return height_below(around(from, range_of(survey_, 0), false), from);
   };
   survey_ = driven(survey_, lines_, ground, seed_);
   check_places(scene_, survey_);
@@ -71,19 +71,20 @@ Survey StationCasters::stations() {
 }
 
 RayCaster StationCasters::at(std::size_t k) {
-  return around(survey_.stations.at(k).T_world_scanner.translation(), range_of(survey_, k));
+  return around(survey_.stations.at(k).T_world_scanner.translation(), range_of(survey_, k), true);
 }
 
-RayCaster StationCasters::around(const Eigen::Vector3d& place, double range) {
+RayCaster StationCasters::around(const Eigen::Vector3d& place, double range, bool refined) {
   if (!tiles_) return *caster_;
   const Tile tile = tiles_->tile_of(place);
   // What is refined around a station is its own.
-  const bool own = scene_.mesh.near_levels > 0;
-  if (!caster_ || own || tile != tile_ || range != range_) {
+  const bool own = refined && scene_.mesh.near_levels > 0;
+  if (!caster_ || own || refined_ || tile != tile_ || range != range_) {
     caster_.reset();  // before the next is built: two would take too much memory
     caster_.emplace(tiles_->around(tile, range, {&place, own ? 1U : 0U}), Tree::soon);
     tile_ = tile;
     range_ = range;
+    refined_ = own;
   }
   return *caster_;
 }

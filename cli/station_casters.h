@@ -39,7 +39,8 @@ class StationCasters {
   std::string scene_json() const { return scene_json_; }
 
  private:
-  RayCaster around(const Eigen::Vector3d& place, double range);
+  // The mine within `range` of `place`; `refined`: with the short edges of a scanner there.
+  RayCaster around(const Eigen::Vector3d& place, double range, bool refined);
 
   Survey survey_;
   std::uint64_t seed_;
@@ -50,6 +51,7 @@ class StationCasters {
   // What caster_ was built for, where there are tiles.
   Tile tile_ = {};
   double range_ = -1;
+  bool refined_ = false;
   std::string scene_json_;
 };
 

@@ -49,9 +49,9 @@ enum ScanFlag : std::uint8_t {
   flag_saturated = 8,    // the signal was stronger than the receiver takes
 };
 
-/// What one scanner saw, with the exact truth beside every measured point. The per-point arrays have
-/// as many entries as cloud.points, plane by plane and beam by beam. Beams without return are not
-/// listed; a beam with several returns is listed once for each, by range.
+/// What one scanner saw, with the exact truth beside every measured point. The per-point arrays
+/// have as many entries as cloud.points, plane by plane and beam by beam. Beams without return are
+/// not listed; a beam with several returns is listed once for each, by range.
 ///
 /// The frame of the scan is the scanner's at its start (time 0). A scanner that moves does not know
 /// that it does: its measured points are where they would be had it stood still, the true ones

@@ -164,6 +164,16 @@ struct FieldVisitor {
 template <class Action>
 FieldVisitor(Action) -> FieldVisitor<Action>;
 
+/// `field` under longer names: "width" becomes "drifts.main.width" for "drifts.main.".
+template <class Visitor>
+auto under(std::string prefix, Visitor& field) {
+  return FieldVisitor{[&field, prefix = std::move(prefix)](const char* name, auto& v,
+                                                           const Range& range, const char* unit,
+                                                           const char* help) {
+    field((prefix + name).c_str(), v, range, unit, help);
+  }};
+}
+
 /// Every field of `defaults`, in the order listed.
 template <class Options>
 std::vector<Field> fields_of(Options defaults) {

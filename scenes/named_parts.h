@@ -21,14 +21,4 @@ void add_named_parts(std::map<std::string, Part>& parts, const std::string& pref
   }
 }
 
-/// `field` under longer names: "width" becomes "drifts.main.width" for "drifts.main.".
-template <class Visitor>
-auto under(std::string prefix, Visitor& field) {
-  return FieldVisitor{[&field, prefix = std::move(prefix)](const char* name, auto& v,
-                                                           const Range& range, const char* unit,
-                                                           const char* help) {
-    field((prefix + name).c_str(), v, range, unit, help);
-  }};
-}
-
 }  // namespace minescan

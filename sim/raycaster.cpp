@@ -297,6 +297,10 @@ std::optional<Hit> RayCaster::cast(const Eigen::Vector3d& origin, const Eigen::V
   return hit;
 }
 
+Hit RayCaster::hit_of(const Ray& ray, const Glance& glance) const {
+  return refined(impl_->mesh, ray, glance.triangle, glance.range);
+}
+
 void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
                             std::span<Hit> hits) const {
   assert(rays.size() <= packet && hits.size() >= rays.size());

@@ -70,6 +70,9 @@ class RayCaster {
   /// The same without what takes double precision.
   void glance_packet(std::span<const Ray> rays, double max_range, std::span<Glance> glances) const;
 
+  /// What `ray` met, in double precision; `glance` is what glance_packet found of it.
+  Hit hit_of(const Ray& ray, const Glance& glance) const;
+
   /// The mesh that triangle indices refer to.
   const TriangleMesh& mesh() const;
 

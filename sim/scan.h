@@ -13,10 +13,6 @@
 
 namespace minescan {
 
-/// How far fine relief may move a point along its beam, in its wavelengths (assumed). Beyond, at
-/// grazing incidence, the beam would meet another wave before.
-inline constexpr double fine_relief_reach = 2;
-
 /// How far a sub-ray may end off the plane that the beam's axis meets, metres, without the
 /// footprint having an edge (assumed: a fifth of surface_gap).
 inline constexpr double edge_tolerance = 0.02;
@@ -45,8 +41,9 @@ inline constexpr double edge_tolerance = 0.02;
 /// fine_slope, so that its RMS slope along a line is `fine_slope`. Its height h where the beam
 /// meets the triangle brings the surface nearer by h / cos(incidence), at most by fine_relief_reach
 /// wavelengths; its slope tilts the normal, but never away from the scanner. So fine relief spreads
-/// ranges and incidences as stone does, but hides nothing behind it, and it moves the whole
-/// footprint by what it is on the axis. true_range, incidence and true_normal include it.
+/// ranges and incidences as stone does, but hides nothing behind it, and it moves all of the
+/// footprint that is of the axis' material by what it is on the axis. true_range, incidence and
+/// true_normal include it.
 ///
 /// throws  std::invalid_argument for a scanner that `check` refuses or a pose that is not finite
 /// cost    README, Speed; 95 bytes per point

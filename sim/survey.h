@@ -95,6 +95,18 @@ struct Survey {
   TotalStationOptions total_station = {};
 };
 
+/// What can be set beside scene, stations and drive.
+template <class Visitor>
+void fields(Survey& o, Visitor&& field) {
+  field("guess", o.guess, "where the start poses of pairs come from");
+  field("odometry-translation", o.odometry_translation, between(0, 100), "m",
+        "normal: errors per axis from one station to the next, one sigma");
+  field("odometry-rotation", o.odometry_rotation, between(0, 3), "rad",
+        "normal: errors about each axis, one sigma");
+  fields(o.odometry, under("odometry.", field));
+  fields(o.total_station, under("total-station.", field));
+}
+
 /// All surveys known by name.
 const std::vector<Survey>& surveys();
 

@@ -240,6 +240,31 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
   EXPECT_EQ(content(folder / "mine/thesis.tex"), "years of work");
 }
 
+// A scanner of one's own is a row and what differs from it, for stations that are there and new
+// ones.
+TEST(Survey, TakesAScannerFromAFile) {
+  const ScratchFolder folder;
+  write_text(folder / "mine.yaml", "scanner: ideal-yawing\nplane-beams: 30\nplanes: 20\n");
+  const ProgramResult survey =
+      run_minescan({"survey", "junction", "--set", "scene.edge-length=0.3", "--set",
+                    "stations.0.scanner=mine.yaml", "--set", "stations.1.scanner=mine.yaml",
+                    "--set", "stations.1.planes=10", "--set", "stations.2.scanner=mine.yaml",
+                    "--set", "stations.2.pose=1,0,2,0,0,0,1", "--out", "data"},
+                   folder);
+  ASSERT_EQ(survey.exit_code, 0) << survey.errors;
+  for (const char* line : {"0000.ply: 600 points of 600 beams", "0001.ply: 300 points of 300 beams",
+                           "0002.ply: 600 points of 600 beams"})
+    EXPECT_NE(survey.output.find(line), std::string::npos) << survey.output;
+  // The folder says it all, without the file.
+  EXPECT_NE(content(folder / "data/survey.yaml").find("plane-beams: 30"), std::string::npos);
+  write_text(folder / "mine.yaml", "plane-beams: 30\n");
+  const ProgramResult bad = run_minescan(
+      {"survey", "junction", "--set", "stations.0.scanner=mine.yaml", "--out", "a"}, folder);
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.errors.find("mine.yaml: expected a key 'scanner'"), std::string::npos)
+      << bad.errors;
+}
+
 // The clouds of every format register like the data set itself.
 TEST(Survey, WritesForOtherProgramsToo) {
   const ScratchFolder folder;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "sim/fine_relief.h"
 #include "sim/kinematics.h"
 #include "test/sim/shapes.h"
 
@@ -576,6 +577,40 @@ TEST(Footprint, EdgesGiveMixedPixels) {
   const int all = mixed(19, false);
   EXPECT_NEAR(all, 160, 20);
   EXPECT_EQ(mixed(19, true), all);
+}
+
+// Two returns of one beam: each has the truth of the surface that it came from, relief included, so
+// that without noise measured and true ranges differ by the footprint's slope alone.
+TEST(Footprint, EveryReturnHasTheTruthOfItsOwnSurface) {
+  TriangleMesh mesh = box({10, 10, 10});
+  const TriangleMesh post = box({0.2f, 0.2f, 9});
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Eigen::Vector3f& v : post.vertices)
+    mesh.vertices.push_back(v + Eigen::Vector3f(5, 0, 0));
+  for (const auto& t : post.triangles)
+    mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  mesh = with_material(mesh, 0.5);
+  mesh.materials[0].roughness = 0.02;
+  mesh.materials[0].fine_slope = 0.1;
+  const RayCaster caster(mesh);
+  Scanner s = ideal(400, 10);
+  s.motion = Motion::pitch;
+  s.plane_field = 0.2;
+  s.motion_start = -0.05;
+  s.motion_end = 0.05;
+  s.spot = 0.02;
+  s.sub_rays = 19;
+  s.returns = 2;
+  const Scan result = scan(caster, s, Pose::Identity(), 1, "");
+  int second = 0;
+  for (std::size_t i = 0; i < result.range.size(); ++i) {
+    second += result.echo[i] == 2;
+    // Directions 0.1 rad off the walls' normals over 1 cm.
+    EXPECT_NEAR(result.range[i], result.true_range[i], 0.002);
+    EXPECT_NEAR(result.true_point[i].norm(), result.true_range[i], 0.0002);  // spot / 2 aside
+  }
+  EXPECT_GT(second, 50);
+  EXPECT_GT(result.range.size(), 4050u);
 }
 
 TEST(Air, SwallowsBeams) {
