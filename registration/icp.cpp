@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "registration/alignment.h"
-#include "registration/check_input.h"
 #include "registration/kdtree.h"
+#include "registration/registered.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
+
 namespace {
 
 struct Pairs {
@@ -51,8 +52,8 @@ double mean_squared_distance(const Pairs& pairs, const Pose& T) {
   return sum / static_cast<double>(pairs.source.size());
 }
 
-Eigen::Matrix<double, 6, 6> covariance(const Pairs& pairs, const Pose& T, double mean_squared) {
-  Eigen::Matrix<double, 6, 6> JtJ = Eigen::Matrix<double, 6, 6>::Zero();
+Matrix6d covariance(const Pairs& pairs, const Pose& T, double mean_squared) {
+  Matrix6d JtJ = Matrix6d::Zero();
   for (const Eigen::Vector3d& p : pairs.source) {
     Eigen::Matrix<double, 3, 6> J;
     J << Eigen::Matrix3d::Identity(), -skew(T.linear() * p);
@@ -61,17 +62,9 @@ Eigen::Matrix<double, 6, 6> covariance(const Pairs& pairs, const Pose& T, double
   return mean_squared / 3 * JtJ.inverse();
 }
 
-}  // namespace
-
-RegistrationResult register_icp(const PointCloud& target, const PointCloud& source,
-                                const Pose& T_guess, const IcpOptions& options) {
-  check_options(options);
-  check_clouds(target, source, T_guess);
+void run_icp(const PointCloud& target, const PointCloud& source, const IcpOptions& options,
+             RegistrationResult& result) {
   Stopwatch watch;
-  RegistrationResult result{.T_target_source = T_guess,
-                            .status = Status::max_iterations,
-                            .target_points = target.points.size(),
-                            .source_points = source.points.size()};
   const std::vector<Eigen::Vector3d> points = sampled_points(source.points, options.sampling);
   result.used_points = points.size();
   result.time.source = watch.lap();
@@ -84,6 +77,7 @@ RegistrationResult register_icp(const PointCloud& target, const PointCloud& sour
   Pairs pairs;
   while (result.status == Status::max_iterations && result.iterations < options.max_iterations) {
     ++result.iterations;
+    ++result.evaluations;
     find_pairs(tree, target, points, result.T_target_source,
                distance_limit(result.iterations, options), options.tree_error, pairs);
     if (static_cast<double>(pairs.source.size()) < needed) {
@@ -97,15 +91,19 @@ RegistrationResult register_icp(const PointCloud& target, const PointCloud& sour
       result.status = Status::degenerate;
     }
   }
-  if (result.status == Status::no_overlap || result.status == Status::degenerate) {
-    result.T_target_source = T_guess;
-  } else {
+  result.empty_points = points.size() - pairs.source.size();
+  if (result.status == Status::converged || result.status == Status::max_iterations) {
     result.score = mean_squared_distance(pairs, result.T_target_source);
     result.covariance = covariance(pairs, result.T_target_source, result.score);
   }
   result.time.align = watch.lap();
-  result.cpu = watch.cpu();
-  return result;
+}
+
+}  // namespace
+
+RegistrationResult register_icp(const PointCloud& target, const PointCloud& source,
+                                const Pose& T_guess, const IcpOptions& options) {
+  return registered(target, source, T_guess, options, run_icp);
 }
 
 }  // namespace minescan

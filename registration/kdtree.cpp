@@ -111,6 +111,70 @@ void KdTree::visit(std::uint32_t number, Search& search) const {
   side = before;
 }
 
+struct KdTree::SearchOfMany {
+  const Eigen::Vector3d& query;
+  std::size_t k = 0;
+  double limit = 0;               // squared distance
+  std::vector<Neighbour>& found;  // a heap, the worst in front
+  Eigen::Vector3d to_box = Eigen::Vector3d::Zero();
+
+  static bool nearer(const Neighbour& a, const Neighbour& b) {
+    return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance
+                                                    : a.index < b.index;
+  }
+  bool full() const { return found.size() == k; }
+  /// Boxes as far away as the worst may still hold an equal point with a smaller index.
+  bool reaches_box() const {
+    const double d = sum_of_squares(to_box.x(), to_box.y(), to_box.z());
+    return full() ? d <= found.front().squared_distance : d < limit;
+  }
+  void offer(const Neighbour& candidate) {
+    if (!(candidate.squared_distance < limit)) return;
+    if (full()) {
+      if (!nearer(candidate, found.front())) return;
+      std::pop_heap(found.begin(), found.end(), nearer);
+      found.back() = candidate;
+    } else {
+      found.push_back(candidate);
+    }
+    std::push_heap(found.begin(), found.end(), nearer);
+  }
+};
+
+void KdTree::nearest(const Eigen::Vector3d& query, std::size_t k, double max_distance,
+                     std::vector<Neighbour>& found) const {
+  found.clear();
+  if (k == 0) return;
+  SearchOfMany search{.query = query, .k = k, .limit = max_distance * max_distance, .found = found};
+  search.to_box = (low_ - query).cwiseMax(query - high_).cwiseMax(0.0);
+  if (search.reaches_box()) visit(0, search);
+  std::sort_heap(found.begin(), found.end(), SearchOfMany::nearer);
+}
+
+void KdTree::visit(std::uint32_t number, SearchOfMany& search) const {
+  const Node& node = nodes_[number];
+  const Eigen::Vector3d& q = search.query;
+  if (node.axis < 0) {
+    for (std::uint32_t i = node.begin; i < node.end; ++i) {
+      const Eigen::Vector3d& p = entries_[i].point;
+      search.offer(
+          {.index = entries_[i].index,
+           .squared_distance = sum_of_squares(p.x() - q.x(), p.y() - q.y(), p.z() - q.z())});
+    }
+    return;
+  }
+  const double to_low = q[node.axis] - node.low;
+  const double to_high = q[node.axis] - node.high;
+  const bool first_is_near = to_low + to_high < 0;
+  visit(first_is_near ? number + 1 : node.second, search);
+
+  double& side = search.to_box[node.axis];
+  const double before = side;
+  side = first_is_near ? to_high : to_low;
+  if (search.reaches_box()) visit(first_is_near ? node.second : number + 1, search);
+  side = before;
+}
+
 std::size_t KdTree::bytes() const {
   return entries_.size() * sizeof(Entry) + nodes_.size() * sizeof(Node);
 }

@@ -30,6 +30,12 @@ class KdTree {
   std::optional<Neighbour> nearest(const Eigen::Vector3d& query, double max_distance,
                                    double error = 0) const;
 
+  /// The `k` points nearest to `query` within `max_distance`, nearest first, fewer if there are not
+  /// as many; of points equally far those first in the cloud. `found` is overwritten and keeps its
+  /// memory.
+  void nearest(const Eigen::Vector3d& query, std::size_t k, double max_distance,
+               std::vector<Neighbour>& found) const;
+
   std::size_t bytes() const;
 
  private:
@@ -47,9 +53,11 @@ class KdTree {
     std::uint32_t index;
   };
   struct Search;
+  struct SearchOfMany;
 
   void build(std::uint32_t begin, std::uint32_t end, std::uint32_t leaf_size);
   void visit(std::uint32_t node, Search& search) const;
+  void visit(std::uint32_t node, SearchOfMany& search) const;
 
   std::vector<Entry> entries_;  // in the order of the leaves
   std::vector<Node> nodes_;

@@ -4,78 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "registration/check_input.h"
 #include "registration/ndt_score.h"
-#include "registration/newton.h"
+#include "registration/registered.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
+
 namespace {
 
-/// Where the search stands.
-struct State {
-  Pose pose = Pose::Identity();
-  NdtScore score = {};
-  int iterations = 0;
-  bool converged = false;
-};
-
-/// RMS distance from the origin: the lever by which a rotation moves the points.
-double rms_distance(const std::vector<Eigen::Vector3d>& points) {
-  double sum = 0;
-  for (const Eigen::Vector3d& p : points) sum += p.squaredNorm();
-  const double rms = std::sqrt(sum / static_cast<double>(points.size()));
-  return rms > 0 ? rms : 1;
-}
-
-/// Newton's method with a backtracking line search.
-State minimise(const NdtGrid& grid, const std::vector<Eigen::Vector3d>& points, const Pose& start,
-               const NdtOptions& options) {
-  const double length = rms_distance(points);
-  State state{.pose = start, .score = ndt_score(grid, start, points)};
-  while (!state.converged && state.iterations < options.max_iterations) {
-    ++state.iterations;
-    const NdtScore& at = state.score;
-    const Vector6d step = newton_step(at.gradient, at.hessian, length, options.max_step);
-    const double slope = at.gradient.dot(step);
-
-    // Every trial looks up its cells anew, so the score may jump and a decrease is not certain: at
-    // most 10 halvings. The full step mostly does, so there the derivatives are computed at once.
-    double alpha = 1;
-    bool decreased = false;
-    for (int halvings = 0; halvings <= 10 && !decreased; ++halvings) {
-      if (halvings > 0) alpha /= 2;
-      const Pose trial = stepped(state.pose, alpha * step);
-      const double limit = at.value + 1e-4 * alpha * slope;  // Armijo
-      if (halvings > 0 && !(ndt_value(grid, trial, points) <= limit)) continue;
-      const NdtScore there = ndt_score(grid, trial, points);
-      if (!(there.value <= limit)) continue;
-      state.pose = trial;
-      state.score = there;
-      decreased = true;
-    }
-    // A search that finds nothing lower has tried a step of norm max_step / 2^10 or less, which the
-    // defaults put below stop_step: it counts as a step too short to go on.
-    state.converged = !decreased || alpha * step.norm() < options.stop_step;
-  }
-  state.pose = normalized(state.pose);
-  return state;
-}
-
-}  // namespace
-
-RegistrationResult register_ndt(const PointCloud& target, const PointCloud& source,
-                                const Pose& T_guess, const NdtOptions& options) {
-  check_options(options);
-  check_clouds(target, source, T_guess);
+void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
+             RegistrationResult& result) {
   Stopwatch watch;
-  RegistrationResult result{.target_points = target.points.size(),
-                            .source_points = source.points.size()};
   const std::vector<Eigen::Vector3d> points = sampled_points(source.points, options.sampling);
+  const double length = rms_distance(points);
   result.used_points = points.size();
   result.time.source = watch.lap();
 
-  State state{.pose = T_guess};
   for (int level = options.levels - 1; level >= 0; --level) {
     NdtGridOptions grid_options = options.grid;
     grid_options.cell_size *= std::pow(options.level_ratio, level);
@@ -83,29 +27,37 @@ RegistrationResult register_ndt(const PointCloud& target, const PointCloud& sour
     result.target_bytes = std::max(result.target_bytes, grid.bytes());
     result.time.target += watch.lap();
 
-    state = minimise(grid, points, state.pose, options);
-    result.iterations += state.iterations;
+    const Objective objective{
+        .score = [&](const Pose& pose, Curvature) { return ndt_score(grid, pose, points); },
+        .value = [&](const Pose& pose) { return ndt_value(grid, pose, points); },
+        .length = length};
+    const Found found = minimise(objective, result.T_target_source, options.search);
+    result.T_target_source = found.pose;
+    result.iterations += found.iterations;
+    result.evaluations += found.evaluations;
     if (level == 0) {
-      const double needed = std::max(6.0, options.min_overlap * static_cast<double>(points.size()));
-      const NdtInformation information = ndt_information(grid, state.pose, points);
-      const double rank =
-          eigenvalue_quotient(scaled_hessian(information.surface, rms_distance(points)));
-      result.T_target_source = state.pose;
-      result.score = state.score.value;
-      result.status = state.converged ? Status::converged : Status::max_iterations;
-      if (static_cast<double>(state.score.met) < needed)
+      const auto used = static_cast<double>(points.size());
+      const NdtInformation information = ndt_information(grid, found.pose, points);
+      result.directions = directions_of(information.surface, length);
+      result.score = found.score.value;
+      result.empty_points = points.size() - found.score.met;
+      result.status = found.converged ? Status::converged : Status::max_iterations;
+      if (static_cast<double>(found.score.met) < std::max(6.0, options.min_overlap * used))
         result.status = Status::no_overlap;
-      else if (!(rank >= options.min_rank))
+      else if (!(result.directions.front().hold >= options.min_rank))
         result.status = Status::degenerate;
       else
         result.covariance = information.gauss_newton.inverse();
     }
     result.time.align += watch.lap();
   }
-  if (result.status == Status::no_overlap || result.status == Status::degenerate)
-    result.T_target_source = T_guess;
-  result.cpu = watch.cpu();
-  return result;
+}
+
+}  // namespace
+
+RegistrationResult register_ndt(const PointCloud& target, const PointCloud& source,
+                                const Pose& T_guess, const NdtOptions& options) {
+  return registered(target, source, T_guess, options, run_ndt);
 }
 
 }  // namespace minescan

@@ -6,6 +6,7 @@
 #include "registration/ndt_grid.h"
 #include "registration/result.h"
 #include "registration/sampling.h"
+#include "registration/search.h"
 
 namespace minescan {
 
@@ -17,9 +18,7 @@ struct NdtOptions {
   // first with cells of cell_size * level_ratio^(levels - 1), the last with cell_size.
   int levels = 1;
   double level_ratio = 2;
-  double max_step = 0.05;     // norm of (metres, radians)
-  double stop_step = 1e-4;    // norm of (metres, radians)
-  int max_iterations = 200;   // per level; assumed, the paper has no limit
+  SearchOptions search = {};  // of every level
   double min_overlap = 0.05;  // assumed
   // Measured with 1 m cells: a plane under 1 cm of noise gives up to 1e-4, a straight tunnel with
   // rough walls 7e-3, other scans 0.03 and more.
@@ -32,10 +31,7 @@ void fields(NdtOptions& o, Visitor&& field) {
   fields(o.sampling, field);
   field("levels", o.levels, between(1, 10), "", "registrations with ever smaller cells");
   field("level-ratio", o.level_ratio, between(1, 10), "", "cell size of a level / of the next");
-  field("max-step", o.max_step, above_up_to(0, 10), "", "norm of the longest step, m and rad");
-  field("stop-step", o.stop_step, above_up_to(0, 1), "",
-        "a step below this norm ends the search, m and rad");
-  field("max-iterations", o.max_iterations, between(1, 100000), "", "iterations of one level");
+  fields(o.search, field);
   field("min-overlap", o.min_overlap, between(0, 1), "",
         "part of the used points that must lie in a cell, else no_overlap");
   field("min-rank", o.min_rank, between(0, 1), "",

@@ -126,7 +126,7 @@ struct SymmetricSum {
 
 }  // namespace
 
-NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point) {
+Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point) {
   const Eigen::Matrix3d L = information_matrix(cell);
   const Eigen::Vector3d y = T_target_source.linear() * point;
   const Eigen::Vector3d x = y + T_target_source.translation() - cell.mean;  // eq. 7
@@ -146,11 +146,11 @@ NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen
 }
 
 MINESCAN_WIDE
-NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
-                   const std::vector<Eigen::Vector3d>& points) {
+Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
+                const std::vector<Eigen::Vector3d>& points) {
   Lanes value = {}, g[6] = {};
   SymmetricSum H;
-  NdtScore score;
+  Score score;
   score.met =
       for_each_batch(grid, T_target_source, points, false, [&](const Batch& b) MINESCAN_INLINE {
         Lanes v[3], w;

@@ -13,27 +13,20 @@
 
 #include "core/pose.h"
 #include "registration/ndt_grid.h"
+#include "registration/search.h"
 
 namespace minescan {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-struct NdtScore {
-  double value = 0;  // minus the sum of the scaled densities (paper, eq. 6); lower is better
-  Vector6d gradient = Vector6d::Zero();
-  Matrix6d hessian = Matrix6d::Zero();
-  std::size_t met = 0;  // points in a cell with a distribution
-};
-
 /// The term of one source point and one cell, written as in the literature: the reference for the
 /// sum below. The derivatives are exact.
-NdtScore ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point);
+Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point);
 
+/// Score::value is minus the sum of the scaled densities (paper, eq. 6).
+///
 /// Sum over `points` (source frame), each with the cell that it lies in; terms below e^-120 are
 /// left out of the value and the derivatives alike. Smooth only while no point changes its cell.
-NdtScore ndt_score(const NdtGrid& grid, const Pose& T_target_source,
-                   const std::vector<Eigen::Vector3d>& points);
+Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
+                const std::vector<Eigen::Vector3d>& points);
 
 /// The value alone: equal to ndt_score(...).value to the last bit.
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,

@@ -14,22 +14,21 @@ Vector6d lengths_to_parameters(double length) {
 
 }  // namespace
 
-Matrix6d scaled_hessian(const Matrix6d& hessian, double length) {
-  const Vector6d scale = lengths_to_parameters(length);
-  return scale.asDiagonal() * hessian * scale.asDiagonal();
-}
-
 Vector6d newton_step(const Vector6d& gradient, const Matrix6d& hessian, double length,
-                     double max_step) {
+                     double max_step, Repair repair) {
   const Vector6d scale = lengths_to_parameters(length);
   const Vector6d g = scale.cwiseProduct(gradient);
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scaled_hessian(hessian, length));
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scale.asDiagonal() * hessian *
+                                                       scale.asDiagonal());
 
   // Far from the solution the Hessian is indefinite and a plain Newton step leads uphill. Shifting
   // all eigenvalues keeps the eigenvectors; the two limits are assumed (the paper gives no repair).
   Vector6d eigenvalues = solver.eigenvalues();
   const double largest = eigenvalues.cwiseAbs().maxCoeff();
-  if (eigenvalues[0] < 1e-6 * largest) eigenvalues.array() += 1e-4 * largest - eigenvalues[0];
+  if (repair == Repair::absolute)
+    eigenvalues = eigenvalues.cwiseAbs().cwiseMax(1e-6 * largest);
+  else if (eigenvalues[0] < 1e-6 * largest)
+    eigenvalues.array() += 1e-4 * largest - eigenvalues[0];
 
   const Matrix6d& V = solver.eigenvectors();
   const Vector6d along = V.transpose() * g;
@@ -38,12 +37,6 @@ Vector6d newton_step(const Vector6d& gradient, const Matrix6d& hessian, double l
   step = scale.cwiseProduct(step);
   const double norm = step.norm();
   return norm > max_step ? Vector6d(step * (max_step / norm)) : step;
-}
-
-double eigenvalue_quotient(const Matrix6d& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(symmetric, Eigen::EigenvaluesOnly);
-  const double largest = solver.eigenvalues()[5];
-  return largest > 0 ? solver.eigenvalues()[0] / largest : 0;
 }
 
 Pose stepped(const Pose& pose, const Vector6d& step) {

@@ -10,10 +10,11 @@
 #include <limits>
 #include <stdexcept>
 
-#include "registration/check_input.h"
+#include "registration/registered.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
+
 namespace {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
@@ -60,21 +61,15 @@ void check_cells(const std::vector<Eigen::Vector3d>& points, double cell_size) {
       cell_size, cells));
 }
 
-}  // namespace
-
-RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& source,
-                                    const Pose& T_guess, const PclNdtOptions& options) {
-  check_options(options);
-  check_clouds(target, source, T_guess);
-  check_cells(target.points, options.cell_size);
+void run_pcl_ndt(const PointCloud& target, const PointCloud& source, const PclNdtOptions& options,
+                 RegistrationResult& result) {
   silence_pcl();
+  check_cells(target.points, options.cell_size);
   Stopwatch watch;
   const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
-  RegistrationResult result{.T_target_source = T_guess,
-                            .status = Status::no_overlap,
-                            .target_points = target.points.size(),
-                            .source_points = source.points.size(),
-                            .used_points = points->size()};
+  const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
+  result.status = Status::no_overlap;
+  result.used_points = points->size();
   result.time.source = watch.lap();
 
   pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> ndt;
@@ -89,7 +84,7 @@ RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& 
   result.time.target = watch.lap();
 
   PclCloud aligned;
-  ndt.align(aligned, T_guess.matrix().cast<float>());
+  ndt.align(aligned, guess);
   result.iterations = ndt.getFinalNumIteration();
   const double likelihood = ndt.getTransformationLikelihood();
   if (result.iterations > 0 && likelihood != 0) {
@@ -101,22 +96,25 @@ RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& 
                         : Status::max_iterations;
   }
   result.time.align = watch.lap();
-  result.cpu = watch.cpu();
-  return result;
 }
 
-RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
-                                    const Pose& T_guess, const PclIcpOptions& options) {
-  check_options(options);
-  check_clouds(target, source, T_guess);
+}  // namespace
+
+RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& source,
+                                    const Pose& T_guess, const PclNdtOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_ndt);
+}
+
+namespace {
+
+void run_pcl_icp(const PointCloud& target, const PointCloud& source, const PclIcpOptions& options,
+                 RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
   const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
-  RegistrationResult result{.T_target_source = T_guess,
-                            .status = Status::no_overlap,
-                            .target_points = target.points.size(),
-                            .source_points = source.points.size(),
-                            .used_points = points->size()};
+  const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
+  result.status = Status::no_overlap;
+  result.used_points = points->size();
   result.time.source = watch.lap();
 
   CountingIcp icp;
@@ -130,7 +128,7 @@ RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& 
   result.time.target = watch.lap();
 
   PclCloud aligned;
-  icp.align(aligned, T_guess.matrix().cast<float>());
+  icp.align(aligned, guess);
   using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
   const auto state = icp.getConvergeCriteria()->getConvergenceState();
   result.iterations = icp.iterations();
@@ -143,8 +141,13 @@ RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& 
     result.score /= static_cast<double>(icp.pairs().size());
   }
   result.time.align = watch.lap();
-  result.cpu = watch.cpu();
-  return result;
+}
+
+}  // namespace
+
+RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
+                                    const Pose& T_guess, const PclIcpOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_icp);
 }
 
 }  // namespace minescan

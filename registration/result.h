@@ -5,10 +5,16 @@
 #include <array>
 #include <cstddef>
 #include <string_view>
+#include <vector>
 
 #include "core/pose.h"
 
 namespace minescan {
+
+/// (tau, omega): t <- t + tau, R <- Exp(omega) R; metres and radians, in the target frame. The
+/// translation is that of the source's origin and the source turns about it.
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 enum class Status {
   not_run,         // the default, so that a forgotten result cannot pass for a good one
@@ -29,20 +35,31 @@ struct StageTimes {
   double align = 0;   // iterating
 };
 
+/// A small motion, and how firmly the surfaces that the scans share hold the pose against it.
+struct Direction {
+  Vector6d step = Vector6d::Zero();  // of unit norm, rotations as lengths (see directions_of)
+  double hold = 0;                   // relative to the direction held best, in [0, 1]
+};
+
 struct RegistrationResult {
   Pose T_target_source = Pose::Identity();
   Status status = Status::not_run;
   int iterations = 0;
-  double score = 0;  // the method's own objective at the end; lower is better
+  int evaluations = 0;  // how often the used points were gone through
+  double score = 0;     // the method's own objective at the end; lower is better
   std::size_t target_points = 0;
   std::size_t source_points = 0;
-  std::size_t used_points = 0;  // source points after sampling
+  std::size_t used_points = 0;     // source points after sampling
+  std::size_t empty_points = 0;    // of those, at the end: without a partner or a filled cell
+  std::size_t outside_points = 0;  // and outside the target altogether; not counted as empty
   StageTimes time = {};
   double cpu = 0;                // processor time of the calling thread for all of it, seconds
   std::size_t target_bytes = 0;  // memory of the prepared target
   /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m
   /// rad, rad^2. Zero where the method gives none.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6d covariance = Matrix6d::Zero();
+  /// Six, the one held least first, orthogonal to each other; none where the method gives none.
+  std::vector<Direction> directions = {};
 };
 
 }  // namespace minescan

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "clouds.h"
 
@@ -39,6 +41,32 @@ TEST(KdTree, FindsTheNearestPoint) {
       EXPECT_NEAR(distance, brute_force(points, q), 1e-14 * distance);
       EXPECT_NEAR(std::sqrt(found->squared_distance), distance, 1e-14 * distance);
     }
+  }
+}
+
+TEST(KdTree, FindsTheNearestPoints) {
+  std::vector<Eigen::Vector3d> points = bumpy_tunnel(1000, 1).points;
+  for (int i = 0; i < 5; ++i) points.push_back(points[7]);  // equally far: the index decides
+  for (const int leaf_size : {1, 10}) {
+    const KdTree tree(points, leaf_size);
+    std::vector<Neighbour> found;
+    for (const Eigen::Vector3d& q : queries()) {
+      std::vector<std::pair<double, std::uint32_t>> all;
+      for (std::uint32_t i = 0; i < points.size(); ++i)
+        all.emplace_back((points[i] - q).squaredNorm(), i);
+      std::partial_sort(all.begin(), all.begin() + 12, all.end());
+      tree.nearest(q, 12, everywhere, found);
+      ASSERT_EQ(found.size(), 12u);
+      for (std::size_t i = 0; i < 12; ++i)
+        EXPECT_NEAR(found[i].squared_distance, all[i].first, 1e-14 * all[i].first);
+      tree.nearest(q, 5, std::sqrt(all[5].first), found);
+      for (const Neighbour& n : found) EXPECT_LE(n.squared_distance, (1 + 1e-14) * all[5].first);
+    }
+    tree.nearest(points[7], 6, everywhere, found);
+    EXPECT_EQ(found[0].index, 7u);
+    for (std::size_t i = 1; i < 6; ++i) EXPECT_EQ(found[i].index, 999 + i);
+    tree.nearest(points[7], 5000, everywhere, found);
+    EXPECT_EQ(found.size(), points.size());
   }
 }
 

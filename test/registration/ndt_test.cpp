@@ -98,7 +98,7 @@ TEST(RegisterNdt, SaysThatAPlaneDoesNotFixThePose) {
 TEST(RegisterNdt, StopsAtTheIterationLimit) {
   const PointCloud cloud = bumpy_tunnel(10000, 1);
   const RegistrationResult result =
-      register_ndt(cloud, bumpy_tunnel(10000, 2), near_identity, {.max_iterations = 2});
+      register_ndt(cloud, bumpy_tunnel(10000, 2), near_identity, {.search = {.max_iterations = 2}});
   EXPECT_EQ(result.status, Status::max_iterations);
   EXPECT_EQ(result.iterations, 2);
   EXPECT_LE((result.T_target_source.translation() - near_identity.translation()).norm(), 0.1);
@@ -115,7 +115,7 @@ TEST(RegisterNdt, RefusesBadOptions) {
   EXPECT_THROW(run({.grid = {.cell_size = std::nan("")}}), std::invalid_argument);
   EXPECT_THROW(run({.grid = {.cell_size = 1e-9}}), std::invalid_argument);  // indices
   EXPECT_THROW(run({.sampling = {.ratio = 0}}), std::invalid_argument);
-  EXPECT_THROW(run({.max_iterations = 0}), std::invalid_argument);
+  EXPECT_THROW(run({.search = {.max_iterations = 0}}), std::invalid_argument);
 }
 
 }  // namespace

@@ -69,13 +69,5 @@ TEST(Newton, RotationsStayRotationsOverManySteps) {
   EXPECT_NEAR((T.linear() * T.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
 }
 
-TEST(Newton, QuotientOfEigenvalues) {
-  Vector6d values;
-  values << 4, 1, 2, 3, 5, 8;
-  EXPECT_NEAR(eigenvalue_quotient(values.asDiagonal()), 1.0 / 8, 1e-15);
-  EXPECT_EQ(eigenvalue_quotient(Matrix6d::Zero()), 0);
-  EXPECT_EQ(eigenvalue_quotient(-Matrix6d::Identity()), 0);
-}
-
 }  // namespace
 }  // namespace minescan

@@ -19,9 +19,10 @@ TEST(PinnedBias, OfACloudRegisteredWithItself) {
        {Pinned{0.5, 7.0633e-5, 6.922e-6}, Pinned{1, 4.5196e-4, 1.0345e-5},
         Pinned{2, 1.65286e-3, 1.98759e-4}}) {
     const PointCloud cloud = bumpy_tunnel(6000, 1);
-    const RegistrationResult result = register_ndt(
-        cloud, cloud, Pose::Identity(),
-        {.grid = {.cell_size = cell_size}, .sampling = {.ratio = 1}, .stop_step = 1e-8});
+    const RegistrationResult result = register_ndt(cloud, cloud, Pose::Identity(),
+                                                   {.grid = {.cell_size = cell_size},
+                                                    .sampling = {.ratio = 1},
+                                                    .search = {.stop_step = 1e-8}});
     const PoseError error = pose_error(Pose::Identity(), result.T_target_source);
     EXPECT_EQ(result.status, Status::converged);
     // The search stops at 1e-8, other processors round differently.

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "registration/registered.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "registration/stopwatch.h"
+
+namespace minescan {
+namespace {
+
+// Metres. Beyond the reach of any scanner in a mine: such a cloud is not in a scanner's frame.
+constexpr double far = 500;
+// By multiples of this the target is moved: lattices of cells of 2^n m stay where they are.
+constexpr double target_stride = 1024;
+// And the source, which turns about its origin: that has to be among the points.
+constexpr double source_stride = 1;
+
+void check_cloud(const PointCloud& cloud, const char* name) {
+  const std::size_t count = cloud.points.size();
+  if (count == 0) throw std::invalid_argument(fmt::format("the {} cloud is empty", name));
+  if (count > std::numeric_limits<std::uint32_t>::max()) {
+    throw std::invalid_argument(
+        fmt::format("the {} cloud has {} points, expected fewer than 2^32", name, count));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d& p = cloud.points[i];
+    if (p.allFinite()) continue;
+    throw std::invalid_argument(
+        fmt::format("point {} of the {} cloud is ({}, {}, {}), expected finite coordinates", i,
+                    name, p.x(), p.y(), p.z()));
+  }
+}
+
+/// What is taken off the points so that they lie near the origin.
+Eigen::Vector3d offset_of(const PointCloud& cloud, double stride) {
+  Eigen::Vector3d low = cloud.points.front(), high = low;
+  for (const Eigen::Vector3d& p : cloud.points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Eigen::Vector3d middle = low / 2 + high / 2;
+  if (middle.cwiseAbs().maxCoeff() < far) return Eigen::Vector3d::Zero();
+  return (middle / stride).array().round().matrix() * stride;
+}
+
+PointCloud moved(const PointCloud& cloud, const Eigen::Vector3d& offset) {
+  PointCloud local = cloud;
+  for (Eigen::Vector3d& p : local.points) p -= offset;
+  return local;
+}
+
+}  // namespace
+
+RegistrationResult registered(
+    const PointCloud& target, const PointCloud& source, const Pose& T_guess,
+    const std::function<void(const PointCloud& target, const PointCloud& source,
+                             RegistrationResult& result)>& work) {
+  check_cloud(target, "target");
+  check_cloud(source, "source");
+  if (!T_guess.matrix().allFinite())
+    throw std::invalid_argument("the start pose has a number that is not finite");
+  const Stopwatch watch;
+  RegistrationResult result{.T_target_source = T_guess,
+                            .status = Status::max_iterations,
+                            .target_points = target.points.size(),
+                            .source_points = source.points.size()};
+
+  const Eigen::Vector3d from_target = offset_of(target, target_stride),
+                        from_source = offset_of(source, source_stride);
+  if (from_target.isZero(0) && from_source.isZero(0)) {
+    work(target, source, result);
+  } else {
+    // x_target - b = (R a + t - b) + R (x_source - a)
+    result.T_target_source.translation() = T_guess * from_source - from_target;
+    work(moved(target, from_target), moved(source, from_source), result);
+    const Eigen::Matrix3d R = result.T_target_source.linear();
+    result.T_target_source.translation() += from_target - R * from_source;
+    // Turning about the local origin moves the far one.
+    Matrix6d to_far = Matrix6d::Identity();
+    to_far.topRightCorner<3, 3>() = skew(R * from_source);
+    result.covariance = to_far * result.covariance * to_far.transpose();
+  }
+
+  if (result.status == Status::no_overlap || result.status == Status::degenerate)
+    result.T_target_source = T_guess;
+  if (!result.T_target_source.matrix().allFinite())
+    throw std::runtime_error("the registration ended at a pose that is not finite");
+  result.cpu = watch.cpu();
+  return result;
+}
+
+std::vector<Direction> directions_of(const Matrix6d& information, double length) {
+  Vector6d scale = Vector6d::Ones();
+  scale.tail<3>() /= length;
+  const Matrix6d scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scaled);
+  const double largest = solver.eigenvalues()[5];
+  std::vector<Direction> list(6);
+  for (int i = 0; i < 6; ++i)
+    list[static_cast<std::size_t>(i)] = {
+        .step = solver.eigenvectors().col(i),
+        .hold = largest > 0 ? std::max(0.0, solver.eigenvalues()[i] / largest) : 0};
+  return list;
+}
+
+std::string direction_name(const Direction& direction, const Eigen::Vector3d& axis) {
+  const Eigen::Vector3d shift = direction.step.head<3>(), turn = direction.step.tail<3>();
+  const bool turns = turn.norm() > shift.norm();
+  const Eigen::Vector3d v = turns ? turn : shift;
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d along = (axis - axis.dot(up) * up).normalized();
+  const double parts[] = {std::abs(v.dot(along)), std::abs(v.dot(up.cross(along))),
+                          std::abs(v.dot(up))};
+  const char* names[] = {"along", "across", "vertical"};
+  const auto most = std::max_element(std::begin(parts), std::end(parts)) - std::begin(parts);
+  return std::string(turns ? "turn about " : "") + names[most];
+}
+
+}  // namespace minescan
