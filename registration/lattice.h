@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -28,7 +29,7 @@ class Lattice {
     const double z = (p.z() - origin_.z()) * inverse_side_;
     constexpr double limit = index_limit;
     if (!(std::abs(x) < limit && std::abs(y) < limit && std::abs(z) < limit)) return no_key;
-    return biased(x) | biased(y) << 21 | biased(z) << 42;
+    return key(std::array<int, 3>{floored(x), floored(y), floored(z)});
   }
   /// As `key`, but throws std::invalid_argument (naming `option`, the side) for a point beyond.
   std::uint64_t checked_key(const Eigen::Vector3d& p, const char* option) const {
@@ -36,17 +37,34 @@ class Lattice {
     if (k == no_key) throw_beyond(p, option);
     return k;
   }
+  static std::uint64_t key(const std::array<int, 3>& cell) {
+    return biased(cell[0]) | biased(cell[1]) << 21 | biased(cell[2]) << 42;
+  }
+  /// i, j and k of a key.
+  static std::array<int, 3> indices(std::uint64_t key) {
+    constexpr std::uint64_t mask = (1u << 21) - 1;
+    const auto index = [&](int shift) {
+      return static_cast<int>((key >> shift) & mask) - index_limit;
+    };
+    return {index(0), index(21), index(42)};
+  }
   /// The corner with the smallest coordinates.
-  Eigen::Vector3d corner(std::uint64_t key) const;
+  Eigen::Vector3d corner(const std::array<int, 3>& cell) const {
+    return origin_ + side_ * Eigen::Vector3d(cell[0], cell[1], cell[2]);
+  }
+  Eigen::Vector3d corner(std::uint64_t key) const { return corner(indices(key)); }
 
   double side() const { return side_; }
+  const Eigen::Vector3d& origin() const { return origin_; }
 
  private:
   // floor, without the library call that baseline x86-64 needs for it; never plain truncation,
   // which would make the cells around zero twice as wide.
-  static std::uint64_t biased(double x) {
+  static int floored(double x) {
     const int truncated = static_cast<int>(x);
-    const int index = truncated - static_cast<int>(x < static_cast<double>(truncated));
+    return truncated - static_cast<int>(x < static_cast<double>(truncated));
+  }
+  static std::uint64_t biased(int index) {
     return static_cast<std::uint64_t>(std::int64_t{index} + index_limit);
   }
   [[noreturn]] void throw_beyond(const Eigen::Vector3d& p, const char* option) const;
@@ -95,5 +113,16 @@ class KeyTable {
   int shift_ = 60;  // 64 - log2(slots)
   std::uint32_t size_ = 0;
 };
+
+/// The cells of a cloud, numbered 0, 1, 2, ... in the order in which the points first touch them.
+struct NumberedCells {
+  std::vector<std::uint32_t> cell_of = {};  // one per point
+  std::vector<std::uint64_t> keys = {};     // one per cell
+};
+
+/// Time O(N); memory O(N) whatever the space between the points. Throws std::invalid_argument
+/// (naming `option`, the side) for a point more than Lattice::index_limit cells from the origin.
+NumberedCells number_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice,
+                           const char* option);
 
 }  // namespace minescan

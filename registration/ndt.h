@@ -54,10 +54,10 @@ void fields(NdtOptions& o, Visitor&& field) {
 ///                 distance of the points. Not of the Hessian: cells hold points along a plane,
 ///                 too. score: minus the sum of the densities, each 1 at a cell's mean; so not
 ///                 comparable between cell sizes.
-///                 covariance: the inverse of NdtInformation::gauss_newton, that is of the weighted
-///                 least squares problem whose residuals are distributed as the cells say. It takes
-///                 points for independent and is far too small for dense scans (scale it by what
-///                 trials show); its shape tells weak directions.
+///                 covariance: pose_covariance, scaled by the residuals. It takes points for
+///                 independent and is far too small for dense scans (scale it by what trials
+///                 show); its shape tells weak directions. directions: of
+///                 NdtInformation::surface.
 /// throws          std::invalid_argument for an empty cloud, a coordinate that is not finite or
 ///                 more than 2^20 cells from the lattice's origin, or an option out of range
 /// cost            O(N + M + iterations * used points) time; memory O(N) while sampling and

@@ -88,18 +88,23 @@ class NdtGrid {
   }
   /// Those with a distribution, in the order in which the cloud first touches them.
   const std::vector<NdtCell>& cells() const { return cells_; }
+  /// Their keys in lattice().
+  const std::vector<std::uint64_t>& keys() const { return keys_; }
+  const Lattice& lattice() const { return lattice_; }
   /// The direction in which a cell of this grid is thinnest.
   const Eigen::Vector3d& normal(const NdtCell& cell) const {
     return normals_[static_cast<std::size_t>(&cell - cells_.data())];
   }
   std::size_t bytes() const {
-    return cells_.size() * (sizeof(NdtCell) + sizeof(Eigen::Vector3d)) + table_.bytes();
+    return cells_.size() * (sizeof(NdtCell) + sizeof(keys_[0]) + sizeof(normals_[0])) +
+           table_.bytes();
   }
 
  private:
   Lattice lattice_;
   KeyTable table_;
   std::vector<NdtCell> cells_;
+  std::vector<std::uint64_t> keys_;
   std::vector<Eigen::Vector3d> normals_;  // apart from the cells: needed once, at the end
 };
 

@@ -17,16 +17,18 @@
 
 namespace minescan {
 
-/// The term of one source point and one cell, written as in the literature: the reference for the
-/// sum below. The derivatives are exact.
-Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point);
+/// The term of one source point and one cell, written as in the literature. The derivatives are
+/// exact; Score::hessian is as `curvature` says.
+Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::Vector3d& point,
+                Curvature curvature = Curvature::full);
 
-/// Score::value is minus the sum of the scaled densities (paper, eq. 6).
+/// The sum of the terms over `points` (source frame), each with the cell that it lies in: minus the
+/// sum of the scaled densities (paper, eq. 6). Terms below e^-120 are left out of the value and the
+/// derivatives alike. Smooth only while no point changes its cell.
 ///
-/// Sum over `points` (source frame), each with the cell that it lies in; terms below e^-120 are
-/// left out of the value and the derivatives alike. Smooth only while no point changes its cell.
+/// The plain form: registration/ndt_field.h does the same for many points at a time.
 Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
-                const std::vector<Eigen::Vector3d>& points);
+                const std::vector<Eigen::Vector3d>& points, Curvature curvature = Curvature::full);
 
 /// The value alone: equal to ndt_score(...).value to the last bit.
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
@@ -40,8 +42,15 @@ struct NdtInformation {
   /// holds, and that is all. Cells hold points along a wall as well, by their mere borders, so that
   /// the Hessian has full rank even on a plane.
   Matrix6d surface = Matrix6d::Zero();
+  double weights = 0;  // the sum of w
+  double squares = 0;  // the sum of w x'^T C^-1 x'
 };
 NdtInformation ndt_information(const NdtGrid& grid, const Pose& T_target_source,
                                const std::vector<Eigen::Vector3d>& points);
+
+/// The covariance of the pose: the inverse of gauss_newton, scaled by how far the points really lie
+/// from the means, relative to what the cells say (of points distributed as the cells say, weighted
+/// by their densities, the mean of x'^T C^-1 x' is 3/2).
+Matrix6d pose_covariance(const NdtInformation& information);
 
 }  // namespace minescan

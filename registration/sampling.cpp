@@ -42,22 +42,10 @@ struct PointsByCell {
 };
 
 PointsByCell by_cell(const std::vector<Eigen::Vector3d>& points, double side) {
-  const Lattice lattice(side);
-  KeyTable table;
-  std::vector<std::uint32_t> cell_of(points.size());
-  std::uint64_t last_key = Lattice::no_key;
-  std::uint32_t last_cell = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint64_t key = lattice.checked_key(points[i], "sample-cell");
-    if (key != last_key) {  // neighbours in a scan mostly share their cell
-      last_key = key;
-      last_cell = table.insert(key);
-    }
-    cell_of[i] = last_cell;
-  }
-
+  const NumberedCells numbered = number_cells(points, Lattice(side), "sample-cell");
+  const std::vector<std::uint32_t>& cell_of = numbered.cell_of;
   PointsByCell sorted{.index = std::vector<std::uint32_t>(points.size()),
-                      .begin = std::vector<std::uint32_t>(table.size() + 1, 0)};
+                      .begin = std::vector<std::uint32_t>(numbered.keys.size() + 1, 0)};
   for (const std::uint32_t c : cell_of) ++sorted.begin[c + 1];
   std::partial_sum(sorted.begin.begin(), sorted.begin.end(), sorted.begin.begin());
   std::vector<std::uint32_t> next(sorted.begin.begin(), sorted.begin.end() - 1);
@@ -128,7 +116,11 @@ std::vector<std::uint32_t> sample(const std::vector<Eigen::Vector3d>& points,
       break;
   }
   // In the order of the scan neighbours stay together, which the processor's caches like.
-  std::sort(chosen.begin(), chosen.end());
+  std::vector<std::uint8_t> is_chosen(points.size(), 0);
+  for (const std::uint32_t i : chosen) is_chosen[i] = 1;
+  chosen.clear();
+  for (std::uint32_t i = 0; i < points.size(); ++i)
+    if (is_chosen[i]) chosen.push_back(i);
   return chosen;
 }
 

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The cells of 3D-NDT laid out for the processor, and the sums over points in single precision: the
+// same terms as registration/ndt_score.h, many at a time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "registration/ndt_grid.h"
+#include "registration/ndt_score.h"
+#include "registration/search.h"
+
+namespace minescan {
+
+/// Points as structure of arrays in single precision, padded with points that lie nowhere.
+class PackedPoints {
+ public:
+  explicit PackedPoints(const std::vector<Eigen::Vector3d>& points);
+
+  std::size_t size() const { return size_; }
+  std::size_t padded_size() const { return x_.size(); }
+  const float* x() const { return x_.data(); }
+  const float* y() const { return y_.data(); }
+  const float* z() const { return z_.data(); }
+
+ private:
+  std::size_t size_ = 0;
+  std::vector<float> x_, y_, z_;
+};
+
+/// A box of cells, each with the number of the distribution that points in it are scored with.
+struct NdtField {
+  /// What one distribution takes, relative to `corner`.
+  struct Row {
+    float mean[3] = {};
+    float information[6] = {};  // xx, xy, xz, yy, yz, zz; 1/m^2
+    float normal[3] = {};
+    float unused[4] = {};  // to 64 bytes
+  };
+
+  Eigen::Vector3d corner = Eigen::Vector3d::Zero();  // of the box, target frame
+  double side = 1;                                   // of a cell, metres
+  std::array<std::int32_t, 3> size = {};             // cells along x, y, z
+  std::vector<std::int32_t> number = {};             // of the row, x fastest; -1: none
+  std::vector<Row> rows = {};                        // the last one is never met
+  /// Whether points outside are scored with the nearest cell of the box's border.
+  bool endless = false;
+
+  std::size_t bytes() const {
+    return number.size() * sizeof(number[0]) + rows.size() * sizeof(rows[0]);
+  }
+};
+
+/// The cells of a box that fields are made for; a cloud spread wider than that is better off with
+/// the table of NdtGrid.
+inline constexpr double max_field_cells = 1 << 24;
+
+/// The cells of `grid` in the smallest box that holds them, with a margin of `margin` cells on each
+/// side. None if that has more than max_field_cells or the grid is empty.
+std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin = 0);
+
+/// As ndt_score(grid, ...), ndt_value and ndt_information, within the rounding of single precision:
+/// coordinates are exact to 1e-7 of the box's size, sums to 1e-6 of their terms' absolute values,
+/// and a point within that of a cell's face may count for the cell beyond it. Score::hessian is as
+/// `curvature` says.
+Score ndt_score(const NdtField& field, const Pose& T_target_source, const PackedPoints& points,
+                Curvature curvature = Curvature::full);
+/// Equal to ndt_score(...).value to the last bit.
+double ndt_value(const NdtField& field, const Pose& T_target_source, const PackedPoints& points);
+NdtInformation ndt_information(const NdtField& field, const Pose& T_target_source,
+                               const PackedPoints& points);
+
+}  // namespace minescan
