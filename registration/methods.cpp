@@ -4,6 +4,7 @@
 #include "core/table.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
+#include "registration/robust.h"
 #ifdef MINESCAN_PCL
 #include "registration/pcl_methods.h"
 #endif
@@ -30,6 +31,8 @@ Method row(const std::string& name, const std::string& description,
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> table = {
+      row("robust", "from far away and without tuning: blurred cells, then 3D-NDT",
+          register_robust),
       row("ndt", "3D-NDT with fixed cells, the paper's baseline", register_ndt),
       row("icp", "point-to-point ICP, the paper's baseline", register_icp),
 #ifdef MINESCAN_PCL

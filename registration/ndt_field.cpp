@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <utility>
 
 // This file is compiled once for each kind of processor.
 #undef HWY_TARGET_INCLUDE
@@ -371,10 +373,74 @@ std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin) {
       row.mean[i] = static_cast<float>(cell.mean[i] - field.corner[i]);
       row.normal[i] = static_cast<float>(grid.normal(cell)[i]);
     }
-    for (std::size_t i = 0; i < 6; ++i)
-      row.information[i] = static_cast<float>(cell.information[i]);
+    row.set_information(information_matrix(cell));
   }
   return field;
+}
+
+void NdtField::Row::set_information(const Eigen::Matrix3d& L) {
+  const double list[6] = {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)};
+  for (int i = 0; i < 6; ++i) information[i] = static_cast<float>(list[i]);
+}
+
+namespace {
+
+/// What a cell is linked to, and how far away that is.
+struct Link {
+  std::int32_t number = -1;
+  double squared = std::numeric_limits<double>::infinity();  // distance, in cells
+};
+
+/// Links along one line of cells: the lower envelope of parabolas, one over each cell that has a
+/// link already (the distance transform of Felzenszwalb and Huttenlocher 2012). `line` is a copy of
+/// the line before, `seats` the parabolas of the envelope with the places where they begin.
+void link_line(Link* first, std::size_t stride, std::size_t count, std::vector<Link>& line,
+               std::vector<std::pair<double, std::size_t>>& seats) {
+  line.resize(count);
+  seats.clear();
+  const auto height = [&](std::size_t seat) {
+    const auto at = static_cast<double>(seat);
+    return line[seat].squared + at * at;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    line[i] = first[i * stride];
+    if (line[i].number < 0) continue;
+    double begin = -std::numeric_limits<double>::infinity();
+    while (!seats.empty()) {
+      const std::size_t last = seats.back().second;
+      begin =
+          (height(i) - height(last)) / (2 * (static_cast<double>(i) - static_cast<double>(last)));
+      if (begin > seats.back().first) break;
+      seats.pop_back();
+      begin = -std::numeric_limits<double>::infinity();
+    }
+    seats.emplace_back(begin, i);
+  }
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < count && !seats.empty(); ++i) {
+    while (k + 1 < seats.size() && seats[k + 1].first < static_cast<double>(i)) ++k;
+    const std::size_t seat = seats[k].second;
+    const double away = static_cast<double>(i) - static_cast<double>(seat);
+    first[i * stride] = {.number = line[seat].number, .squared = line[seat].squared + away * away};
+  }
+}
+
+}  // namespace
+
+void link_cells(NdtField& field) {
+  const auto nx = static_cast<std::size_t>(field.size[0]),
+             ny = static_cast<std::size_t>(field.size[1]),
+             nz = static_cast<std::size_t>(field.size[2]);
+  std::vector<Link> links(field.number.size());
+  for (std::size_t i = 0; i < links.size(); ++i)
+    if (field.number[i] >= 0) links[i] = {.number = field.number[i], .squared = 0};
+  std::vector<Link> line;
+  std::vector<std::pair<double, std::size_t>> seats;
+  for (std::size_t i = 0; i < ny * nz; ++i) link_line(&links[i * nx], 1, nx, line, seats);
+  for (std::size_t z = 0; z < nz; ++z)
+    for (std::size_t x = 0; x < nx; ++x) link_line(&links[z * ny * nx + x], nx, ny, line, seats);
+  for (std::size_t i = 0; i < nx * ny; ++i) link_line(&links[i], nx * ny, nz, line, seats);
+  for (std::size_t i = 0; i < links.size(); ++i) field.number[i] = links[i].number;
 }
 
 Score ndt_score(const NdtField& field, const Pose& T_target_source, const PackedPoints& points,

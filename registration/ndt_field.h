@@ -40,6 +40,8 @@ struct NdtField {
     float information[6] = {};  // xx, xy, xz, yy, yz, zz; 1/m^2
     float normal[3] = {};
     float unused[4] = {};  // to 64 bytes
+
+    void set_information(const Eigen::Matrix3d& L);
   };
 
   Eigen::Vector3d corner = Eigen::Vector3d::Zero();  // of the box, target frame
@@ -62,6 +64,10 @@ inline constexpr double max_field_cells = 1 << 24;
 /// The cells of `grid` in the smallest box that holds them, with a margin of `margin` cells on each
 /// side. None if that has more than max_field_cells or the grid is empty.
 std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin = 0);
+
+/// Gives every cell of the box the distribution of the cell nearest to it, by the distance between
+/// their centres (the paper's linked cells, section 4.3.5); of several equally far, one. O(cells).
+void link_cells(NdtField& field);
 
 /// As ndt_score(grid, ...), ndt_value and ndt_information, within the rounding of single precision:
 /// coordinates are exact to 1e-7 of the box's size, sums to 1e-6 of their terms' absolute values,

@@ -12,6 +12,18 @@ Eigen::Matrix3d information_matrix(const NdtCell& cell) {
   return L;
 }
 
+void CellSums::add(const CellSums& other, const Eigen::Vector3d& offset) {
+  const double x = offset.x(), y = offset.y(), z = offset.z();
+  const auto [sx, sy, sz] = other.sum;
+  const double n = other.count;
+  count += n;
+  sum[0] += sx + n * x, sum[1] += sy + n * y, sum[2] += sz + n * z;
+  const double more[6] = {(2 * sx + n * x) * x,      sx * y + (sy + n * y) * x,
+                          sx * z + (sz + n * z) * x, (2 * sy + n * y) * y,
+                          sy * z + (sz + n * z) * y, (2 * sz + n * z) * z};
+  for (std::size_t i = 0; i < 6; ++i) products[i] += other.products[i] + more[i];
+}
+
 std::optional<FittedCell> fit_cell(const CellSums& sums, const Eigen::Vector3d& corner,
                                    const NdtGridOptions& options) {
   const double n = sums.count;
@@ -39,27 +51,56 @@ std::optional<FittedCell> fit_cell(const CellSums& sums, const Eigen::Vector3d& 
                     .normal = V.col(0)};
 }
 
-NdtGrid::NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& options)
-    : lattice_(options.cell_size, options.lattice_origin) {
-  const NumberedCells touched = number_cells(points, lattice_, "cell-size");
-  std::vector<CellSums> sums(touched.keys.size());
+SummedCells sum_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice) {
+  NumberedCells touched = number_cells(points, lattice, "cell-size");
+  SummedCells cells{.lattice = lattice, .keys = std::move(touched.keys)};
+  cells.sums.resize(cells.keys.size());
   std::vector<Eigen::Vector3d> corners;
-  corners.reserve(touched.keys.size());
-  for (const std::uint64_t key : touched.keys) corners.push_back(lattice_.corner(key));
+  corners.reserve(cells.keys.size());
+  for (const std::uint64_t key : cells.keys) corners.push_back(lattice.corner(key));
   // Points that follow each other mostly share their cell: its sums stay in registers meanwhile.
   for (std::size_t i = 0; i < points.size();) {
     const std::uint32_t cell = touched.cell_of[i];
     const Eigen::Vector3d corner = corners[cell];
-    CellSums sum = sums[cell];
+    CellSums sum = cells.sums[cell];
     for (; i < points.size() && touched.cell_of[i] == cell; ++i) sum.add(points[i] - corner);
-    sums[cell] = sum;
+    cells.sums[cell] = sum;
   }
+  return cells;
+}
 
-  for (std::size_t c = 0; c < sums.size(); ++c) {
-    if (const std::optional<FittedCell> fitted = fit_cell(sums[c], corners[c], options)) {
-      table_.insert(touched.keys[c]);
+SummedCells twice_as_large(const SummedCells& cells) {
+  SummedCells large{.lattice = Lattice(2 * cells.lattice.side(), cells.lattice.origin())};
+  KeyTable table;
+  for (std::size_t c = 0; c < cells.keys.size(); ++c) {
+    const std::array<int, 3> at = Lattice::indices(cells.keys[c]);
+    const std::uint64_t key =
+        Lattice::key(std::array<int, 3>{at[0] >> 1, at[1] >> 1, at[2] >> 1});  // rounds down
+    const std::uint32_t number = table.insert(key);
+    if (number == large.keys.size()) {
+      large.keys.push_back(key);
+      large.sums.emplace_back();
+    }
+    const double side = cells.lattice.side();
+    large.sums[number].add(cells.sums[c],
+                           {side * (at[0] & 1), side * (at[1] & 1), side * (at[2] & 1)});
+  }
+  return large;
+}
+
+NdtGrid::NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& options)
+    : NdtGrid(sum_cells(points, Lattice(options.cell_size, options.lattice_origin)), options) {}
+
+NdtGrid::NdtGrid(const SummedCells& cells, const NdtGridOptions& options)
+    : lattice_(cells.lattice) {
+  NdtGridOptions of_lattice = options;
+  of_lattice.cell_size = lattice_.side();
+  for (std::size_t c = 0; c < cells.keys.size(); ++c) {
+    const Eigen::Vector3d corner = lattice_.corner(cells.keys[c]);
+    if (const std::optional<FittedCell> fitted = fit_cell(cells.sums[c], corner, of_lattice)) {
+      table_.insert(cells.keys[c]);
       cells_.push_back(fitted->cell);
-      keys_.push_back(touched.keys[c]);
+      keys_.push_back(cells.keys[c]);
       normals_.push_back(fitted->normal);
     }
   }

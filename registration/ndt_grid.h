@@ -59,7 +59,25 @@ struct CellSums {
     products[0] += x * x, products[1] += x * y, products[2] += x * z;
     products[3] += y * y, products[4] += y * z, products[5] += z * z;
   }
+  /// The sums of another cell, whose corner is `offset` away from this one's.
+  void add(const CellSums& other, const Eigen::Vector3d& offset);
 };
+
+/// What the points of a cloud add up to in every cell that they touch, from which distributions are
+/// made, and the sums of cells twice as large.
+struct SummedCells {
+  Lattice lattice;
+  std::vector<std::uint64_t> keys = {};  // in the order in which the cloud first touches them
+  std::vector<CellSums> sums = {};       // about the cell's corner; also of too few points
+};
+
+/// cost    O(N) time; O(cells that hold a point) memory
+/// throws  std::invalid_argument for a point more than 2^20 cells away from the lattice's origin
+SummedCells sum_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice);
+
+/// The same points in cells twice as large: what sum_cells would return for them, but for rounding
+/// (paper, section 4.3.4, proposes it). O(cells).
+SummedCells twice_as_large(const SummedCells& cells);
 
 /// The distribution of a cell's points (paper, eqs 2 and 3, divisor n - 1) with its eigenvalues
 /// raised to the largest / eigenvalue_ratio, and the unit vector along which it is thinnest: on a
@@ -79,6 +97,8 @@ class NdtGrid {
   /// cost    O(N) time; O(cells that hold a point) memory
   /// throws  std::invalid_argument for a point more than 2^20 cells away from the lattice's origin
   NdtGrid(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& options);
+  /// Of points that are summed already, in the lattice of the sums.
+  NdtGrid(const SummedCells& cells, const NdtGridOptions& options);
 
   /// The cell that holds `p`, or null where there is no distribution.
   const NdtCell* find(const Eigen::Vector3d& p) const {
