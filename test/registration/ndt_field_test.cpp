@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "clouds.h"
@@ -65,6 +66,29 @@ TEST(NdtField, PointsOutsideMeetNothingOrTheBorder) {
   EXPECT_EQ(ndt_score(field, far, PackedPoints(bumpy_tunnel(100, 1).points)).met, 0u);
   field.endless = true;
   EXPECT_EQ(ndt_score(field, Pose::Identity(), PackedPoints({{13.3, 0.3, 0.3}})).met, 1u);
+}
+
+TEST(LinkCells, PointToTheNearest) {
+  const NdtGrid grid(bumpy_tunnel(400, 1).points, {});  // sparse: about a cell in four
+  NdtField field = *ndt_field(grid, 2);
+  const std::vector<std::int32_t> before = field.number;
+  link_cells(field);
+  const auto place = [&](std::int32_t i) {
+    const std::int32_t x = i % field.size[0], y = i / field.size[0] % field.size[1];
+    return Eigen::Vector3i(x, y, i / (field.size[0] * field.size[1]));
+  };
+  const auto count = static_cast<std::int32_t>(before.size());
+  for (std::int32_t i = 0; i < count; ++i) {
+    int nearest = 1 << 30, found = 1 << 30;
+    for (std::int32_t j = 0; j < count; ++j) {
+      if (before[static_cast<std::size_t>(j)] < 0) continue;
+      const int squared = (place(i) - place(j)).squaredNorm();
+      nearest = std::min(nearest, squared);
+      if (before[static_cast<std::size_t>(j)] == field.number[static_cast<std::size_t>(i)])
+        found = squared;
+    }
+    EXPECT_EQ(found, nearest);
+  }
 }
 
 TEST(NdtField, OfCellsFarApartThereIsNone) {

@@ -145,5 +145,24 @@ TEST(NdtGrid, RefusesCellsTooSmallForTheirDistance) {
   EXPECT_THROW(NdtGrid(points, {.cell_size = 0.001}), std::invalid_argument);
 }
 
+// The merged cells hold the same points as those made from scratch, and the same sums.
+TEST(SummedCells, TwiceAsLargeAreThoseOfTheSamePoints) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(20000, 1).points;
+  const Eigen::Vector3d origin(0.3, -0.2, 0.1);
+  const SummedCells merged =
+      twice_as_large(twice_as_large(sum_cells(points, Lattice(0.5, origin))));
+  const SummedCells direct = sum_cells(points, Lattice(2, origin));
+  EXPECT_EQ(merged.lattice.side(), 2);
+  ASSERT_EQ(merged.keys, direct.keys);
+  for (std::size_t c = 0; c < direct.keys.size(); ++c) {
+    EXPECT_EQ(merged.sums[c].count, direct.sums[c].count);
+    // Rounding of up to 1000 additions.
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(merged.sums[c].sum[i], direct.sums[c].sum[i], 1e-9);
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_NEAR(merged.sums[c].products[i], direct.sums[c].products[i], 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace minescan
