@@ -8,6 +8,9 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "registration/bounds.h"
+#include "registration/wide.h"
+
 namespace minescan {
 
 void Lattice::throw_beyond(const Eigen::Vector3d& p, const char* option) const {
@@ -49,39 +52,9 @@ NumberedCells numbered_by_hash(const std::vector<Eigen::Vector3d>& points, const
   return cells;
 }
 
-// Compiled twice, chosen when the program starts; the thread sanitizer can not be called that
-// early.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_THREAD__)
-#define MINESCAN_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define MINESCAN_WIDE
-#endif
-
 // Coordinates x y z x y z ... are worked on in groups of four points, which fill registers of any
 // width.
 constexpr std::size_t group = 12;
-
-/// The box around points given as coordinates.
-MINESCAN_WIDE void bounds(const double* xyz, std::size_t coordinates, double* low, double* high) {
-  double l[group], h[group];
-  for (std::size_t k = 0; k < group; ++k) l[k] = h[k] = xyz[k % 3];
-  std::size_t i = 0;
-  for (; i + group <= coordinates; i += group) {
-    for (std::size_t k = 0; k < group; ++k) {
-      const double a = xyz[i + k];
-      l[k] = a < l[k] ? a : l[k];
-      h[k] = a > h[k] ? a : h[k];
-    }
-  }
-  for (; i < coordinates; ++i) {
-    l[i % 3] = std::min(l[i % 3], xyz[i]);
-    h[i % 3] = std::max(h[i % 3], xyz[i]);
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    low[k] = std::min({l[k], l[k + 3], l[k + 6], l[k + 9]});
-    high[k] = std::max({h[k], h[k + 3], h[k + 6], h[k + 9]});
-  }
-}
 
 /// The indices of cells, less `first`, of as many coordinates; `origin` and `first` are for x, y,
 /// z.
@@ -168,8 +141,7 @@ NumberedCells numbered_by_blocks(const std::vector<Eigen::Vector3d>& points, con
 NumberedCells number_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice,
                            const char* option) {
   if (points.empty()) return {};
-  Eigen::Vector3d low, high;
-  bounds(points.front().data(), 3 * points.size(), low.data(), high.data());
+  const auto [low, high, finite] = bounds_of(points);
   const std::array<int, 3> first = Lattice::indices(lattice.checked_key(low, option)),
                            last = Lattice::indices(lattice.checked_key(high, option));
   std::array<int, 3> blocks = {};

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "registration/bounds.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
@@ -21,30 +22,26 @@ constexpr double target_stride = 1024;
 // And the source, which turns about its origin: that has to be among the points.
 constexpr double source_stride = 1;
 
-void check_cloud(const PointCloud& cloud, const char* name) {
+/// Throws unless it is a cloud to work with; returns the box around it.
+Bounds checked_bounds(const PointCloud& cloud, const char* name) {
   const std::size_t count = cloud.points.size();
   if (count == 0) throw std::invalid_argument(fmt::format("the {} cloud is empty", name));
   if (count > std::numeric_limits<std::uint32_t>::max()) {
     throw std::invalid_argument(
         fmt::format("the {} cloud has {} points, expected fewer than 2^32", name, count));
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3d& p = cloud.points[i];
-    if (p.allFinite()) continue;
-    throw std::invalid_argument(
-        fmt::format("point {} of the {} cloud is ({}, {}, {}), expected finite coordinates", i,
-                    name, p.x(), p.y(), p.z()));
-  }
+  const Bounds bounds = bounds_of(cloud.points);
+  if (bounds.finite) return bounds;
+  const auto none = std::find_if(cloud.points.begin(), cloud.points.end(),
+                                 [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  throw std::invalid_argument(
+      fmt::format("point {} of the {} cloud is ({}, {}, {}), expected finite coordinates",
+                  none - cloud.points.begin(), name, none->x(), none->y(), none->z()));
 }
 
 /// What is taken off the points so that they lie near the origin.
-Eigen::Vector3d offset_of(const PointCloud& cloud, double stride) {
-  Eigen::Vector3d low = cloud.points.front(), high = low;
-  for (const Eigen::Vector3d& p : cloud.points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Eigen::Vector3d middle = low / 2 + high / 2;
+Eigen::Vector3d offset_of(const Bounds& bounds, double stride) {
+  const Eigen::Vector3d middle = bounds.low / 2 + bounds.high / 2;
   if (middle.cwiseAbs().maxCoeff() < far) return Eigen::Vector3d::Zero();
   return (middle / stride).array().round().matrix() * stride;
 }
@@ -61,8 +58,8 @@ RegistrationResult registered(
     const PointCloud& target, const PointCloud& source, const Pose& T_guess,
     const std::function<void(const PointCloud& target, const PointCloud& source,
                              RegistrationResult& result)>& work) {
-  check_cloud(target, "target");
-  check_cloud(source, "source");
+  const Bounds target_bounds = checked_bounds(target, "target"),
+               source_bounds = checked_bounds(source, "source");
   if (!T_guess.matrix().allFinite())
     throw std::invalid_argument("the start pose has a number that is not finite");
   const Stopwatch watch;
@@ -71,8 +68,8 @@ RegistrationResult registered(
                             .target_points = target.points.size(),
                             .source_points = source.points.size()};
 
-  const Eigen::Vector3d from_target = offset_of(target, target_stride),
-                        from_source = offset_of(source, source_stride);
+  const Eigen::Vector3d from_target = offset_of(target_bounds, target_stride),
+                        from_source = offset_of(source_bounds, source_stride);
   if (from_target.isZero(0) && from_source.isZero(0)) {
     work(target, source, result);
   } else {

@@ -5,6 +5,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
 #include <vector>
 
 #include "core/random.h"
@@ -12,6 +13,7 @@
 #include "registration/kdtree.h"
 #include "registration/methods.h"
 #include "registration/ndt.h"
+#include "registration/ndt_field.h"
 #include "registration/ndt_score.h"
 #include "scenes/scene.h"
 #include "scenes/scene_mesh.h"
@@ -57,6 +59,14 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// Wall time of `work`.
+template <class Work>
+double seconds(Work&& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 /// What one method took and reached over the start poses.
 struct Tally {
   std::vector<double> cpu = {}, translation = {}, rotation = {};
@@ -93,6 +103,7 @@ void registration(benchmark::State& state, const std::string& name) {
 }
 BENCHMARK_CAPTURE(registration, ndt, std::string("ndt"))->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(registration, icp, std::string("icp"))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(registration, robust, std::string("robust"))->Unit(benchmark::kMillisecond);
 
 /// Ours and theirs in turn from the same start poses; `times_faster` is the ratio of the medians.
 void against(benchmark::State& state, const std::string& ours, const std::string& theirs) {
@@ -119,6 +130,10 @@ BENCHMARK_CAPTURE(against, icp_pcl, std::string("icp"), std::string("pcl-icp"))
     ->Unit(benchmark::kMillisecond)
     ->Iterations(8);
 
+BENCHMARK_CAPTURE(against, robust_pcl_ndt, std::string("robust"), std::string("pcl-ndt"))
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(8);
+
 void ndt_grid(benchmark::State& state) {
   const Pair& pair = junction();
   std::size_t bytes = 0, cells = 1;
@@ -133,12 +148,27 @@ void ndt_grid(benchmark::State& state) {
 }
 BENCHMARK(ndt_grid)->Unit(benchmark::kMillisecond);
 
+/// The sums over points with all derivatives, beside the plain form of them.
 void ndt_derivatives(benchmark::State& state) {
   const Pair& pair = junction();
   const NdtGrid grid(pair.target.points, {});
+  const NdtField field = ndt_field(grid).value();
   const std::vector<Eigen::Vector3d> points = sampled_points(pair.source.points, {});
-  for (auto _ : state) benchmark::DoNotOptimize(ndt_score(grid, pair.truth, points));
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
+  const PackedPoints packed(points);
+  std::vector<double> fast, plain;
+  for (auto _ : state) {
+    fast.push_back(
+        seconds([&] { benchmark::DoNotOptimize(ndt_score(field, pair.truth, packed)); }));
+    plain.push_back(
+        seconds([&] { benchmark::DoNotOptimize(ndt_score(grid, pair.truth, points)); }));
+  }
+  const auto count = static_cast<double>(points.size());
+  state.counters["ns_per_point"] = 1e9 * median(fast) / count;
+  state.counters["plain_ns_per_point"] = 1e9 * median(plain) / count;
+  state.counters["times_faster"] = median(plain) / median(fast);
+  state.counters["bytes_of_target"] = static_cast<double>(field.bytes());
+  state.counters["bytes_of_points"] =
+      static_cast<double>(pair.target.points.size() * 3 * sizeof(double));
 }
 BENCHMARK(ndt_derivatives)->Unit(benchmark::kMicrosecond);
 
