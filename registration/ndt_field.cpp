@@ -24,12 +24,13 @@ constexpr std::size_t field_lanes = 16;
 // Points whose terms are added in single precision before the sums go on in double.
 constexpr std::size_t field_block = 2048;
 
-/// What one pass over the points yields: value, gradient, the sum of J^T M J, and the sum of w u.
+/// What one pass over the points yields: value, gradient, the sum of J^T A J, and for `information`
+/// the sum of w u and a second sum of J^T A J, that of the surface.
 struct FieldSums {
-  std::array<double, 1 + 6 + 21 + 1> sum = {};
+  std::array<double, 1 + 6 + 21 + 1 + 21> sum = {};
   std::size_t met = 0;
 };
-enum class FieldTerms { value, newton, gauss_newton, surface };
+enum class FieldTerms { value, newton, gauss_newton, information };
 
 }  // namespace minescan
 #endif
@@ -47,25 +48,21 @@ constexpr std::size_t registers = field_lanes / hn::MaxLanes(Float());
 
 HWY_INLINE V cross_part(V a, V b, V c, V d) { return hn::NegMulAdd(c, d, hn::Mul(a, b)); }  // ab-cd
 
-/// Sums of one block, in single precision. `ww` and `tt` are symmetric: xx, xy, xz, yy, yz, zz.
-struct BlockSums {
-  V value, squares, g[6], tt[6], tw[9], ww[6];
+/// Sum of J^T A J for symmetric 3 x 3 matrices A, with J = [I | -[y]x], in 21 numbers: `tt` and
+/// `ww` are xx, xy, xz, yy, yz, zz, row i of `tw` is y x (row i of A).
+struct SymmetricSum {
+  V tt[6], tw[9], ww[6];
 
-  HWY_INLINE BlockSums() {
+  HWY_INLINE SymmetricSum() {
     const V zero = hn::Zero(Float());
-    value = zero;
-    squares = zero;
-    for (V& v : g) v = zero;
     for (V& v : tt) v = zero;
     for (V& v : tw) v = zero;
     for (V& v : ww) v = zero;
   }
-
-  /// Adds J^T A J for symmetric 3 x 3 matrices A, with J = [I | -[y]x].
   HWY_INLINE void add(const V* a, const V* y) {
     for (int i = 0; i < 6; ++i) tt[i] = hn::Add(tt[i], a[i]);
     // Rows of B = A (-[y]x): y crossed with each row of A.
-    const int row[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    constexpr int row[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
     V b[3][3];
     for (int i = 0; i < 3; ++i) {
       const V ax = a[row[i][0]], ay = a[row[i][1]], az = a[row[i][2]];
@@ -84,6 +81,16 @@ struct BlockSums {
   }
 };
 
+/// Sums of one block, in single precision.
+struct BlockSums {
+  V value = hn::Zero(Float()), squares = hn::Zero(Float()), g[6];
+  SymmetricSum hessian, surface;
+
+  HWY_INLINE BlockSums() {
+    for (V& v : g) v = hn::Zero(Float());
+  }
+};
+
 HWY_INLINE double sum_of_lanes(V v) {
   const Float d;
   HWY_ALIGN float lane[field_lanes] = {};
@@ -91,6 +98,12 @@ HWY_INLINE double sum_of_lanes(V v) {
   double sum = 0;
   for (std::size_t i = 0; i < hn::Lanes(d); ++i) sum += static_cast<double>(lane[i]);
   return sum;
+}
+
+HWY_INLINE void add(const SymmetricSum& block, double* sum) {
+  for (const V& v : block.tt) *sum++ += sum_of_lanes(v);
+  for (const V& v : block.tw) *sum++ += sum_of_lanes(v);
+  for (const V& v : block.ww) *sum++ += sum_of_lanes(v);
 }
 
 /// The first 8 numbers of the rows that begin at `base`, one vector per number.
@@ -246,30 +259,31 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
 
       constexpr int first[6] = {0, 0, 0, 1, 1, 2}, second[6] = {0, 1, 2, 1, 2, 2};
       V a[6];
-      if (terms == FieldTerms::surface) {
-        V n[3];
-        for (int i = 0; i < 3; ++i) n[i] = hn::GatherIndex(d, rows + 9 + i, base);
-        for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, hn::Mul(n[first[i]], n[second[i]]));
-      } else {
-        for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, L[i]);
-      }
-      if (terms == FieldTerms::gauss_newton) sums.squares = hn::MulAdd(w, near, sums.squares);
+      for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, L[i]);
       // J^T C^-1 J - h h^T = J^T (C^-1 - v v^T) J, since h = J^T v.
       if (terms == FieldTerms::newton)
         for (int i = 0; i < 6; ++i) a[i] = hn::NegMulAdd(wv[first[i]], v[second[i]], a[i]);
-      sums.add(a, y);
+      sums.hessian.add(a, y);
+      if (terms == FieldTerms::information) {
+        sums.squares = hn::MulAdd(w, near, sums.squares);
+        V n[3];
+        for (int i = 0; i < 3; ++i) n[i] = hn::GatherIndex(d, rows + 9 + i, base);
+        for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, hn::Mul(n[first[i]], n[second[i]]));
+        sums.surface.add(a, y);
+      }
       if (terms == FieldTerms::newton) {
+        V* const ww = sums.hessian.ww;
         // The second derivatives of x': (v y^T + y v^T) / 2 - (v.y) I.
         const V s[3] = {hn::Mul(wv[0], y[0]), hn::Mul(wv[1], y[1]), hn::Mul(wv[2], y[2])};
-        sums.ww[0] = hn::Sub(sums.ww[0], hn::Add(s[1], s[2]));
-        sums.ww[3] = hn::Sub(sums.ww[3], hn::Add(s[0], s[2]));
-        sums.ww[5] = hn::Sub(sums.ww[5], hn::Add(s[0], s[1]));
+        ww[0] = hn::Sub(ww[0], hn::Add(s[1], s[2]));
+        ww[3] = hn::Sub(ww[3], hn::Add(s[0], s[2]));
+        ww[5] = hn::Sub(ww[5], hn::Add(s[0], s[1]));
         const auto mixed = [&](int i, int j) HWY_ATTR {
           return hn::Mul(half, hn::MulAdd(wv[i], y[j], hn::Mul(wv[j], y[i])));
         };
-        sums.ww[1] = hn::Add(sums.ww[1], mixed(0, 1));
-        sums.ww[2] = hn::Add(sums.ww[2], mixed(0, 2));
-        sums.ww[4] = hn::Add(sums.ww[4], mixed(1, 2));
+        ww[1] = hn::Add(ww[1], mixed(0, 1));
+        ww[2] = hn::Add(ww[2], mixed(0, 2));
+        ww[4] = hn::Add(ww[4], mixed(1, 2));
       }
     }
     for (const BlockSums& sums : sums_of) {
@@ -277,10 +291,11 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       result.sum[k++] += sum_of_lanes(sums.value);
       if (terms == FieldTerms::value) continue;
       for (const V& v : sums.g) result.sum[k++] += sum_of_lanes(v);
-      for (const V& v : sums.tt) result.sum[k++] += sum_of_lanes(v);
-      for (const V& v : sums.tw) result.sum[k++] += sum_of_lanes(v);
-      for (const V& v : sums.ww) result.sum[k++] += sum_of_lanes(v);
-      result.sum[k] += 2 * sum_of_lanes(sums.squares);  // the exponent is half of it
+      add(sums.hessian, result.sum.data() + k);
+      if (terms != FieldTerms::information) continue;
+      k += 21;
+      result.sum[k++] += 2 * sum_of_lanes(sums.squares);  // the exponent is half of it
+      add(sums.surface, result.sum.data() + k);
     }
   }
   return result;
@@ -295,8 +310,8 @@ FieldSums SumNewton(const NdtField& field, const Pose& T, const PackedPoints& po
 FieldSums SumGaussNewton(const NdtField& field, const Pose& T, const PackedPoints& points) {
   return Sum<FieldTerms::gauss_newton>(field, T, points);
 }
-FieldSums SumSurface(const NdtField& field, const Pose& T, const PackedPoints& points) {
-  return Sum<FieldTerms::surface>(field, T, points);
+FieldSums SumInformation(const NdtField& field, const Pose& T, const PackedPoints& points) {
+  return Sum<FieldTerms::information>(field, T, points);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -309,14 +324,14 @@ namespace minescan {
 HWY_EXPORT(SumValue);
 HWY_EXPORT(SumNewton);
 HWY_EXPORT(SumGaussNewton);
-HWY_EXPORT(SumSurface);
+HWY_EXPORT(SumInformation);
 
 namespace {
 
 constexpr float nowhere = 1e9f;
 
-Matrix6d matrix_of(const FieldSums& sums) {
-  const double* const a = sums.sum.data() + 7;
+/// Of 21 numbers.
+Matrix6d matrix_of(const double* a) {
   const double* const b = a + 6;
   const double* const c = b + 9;
   Matrix6d H;
@@ -450,7 +465,7 @@ Score ndt_score(const NdtField& field, const Pose& T_target_source, const Packed
                              : HWY_DYNAMIC_DISPATCH(SumGaussNewton)(field, T_target_source, points);
   Score score{.value = sums.sum[0], .met = sums.met};
   for (std::size_t i = 0; i < 6; ++i) score.gradient[static_cast<int>(i)] = sums.sum[1 + i];
-  score.hessian = matrix_of(sums);
+  score.hessian = matrix_of(sums.sum.data() + 7);
   return score;
 }
 
@@ -460,11 +475,11 @@ double ndt_value(const NdtField& field, const Pose& T_target_source, const Packe
 
 NdtInformation ndt_information(const NdtField& field, const Pose& T_target_source,
                                const PackedPoints& points) {
-  const FieldSums sums = HWY_DYNAMIC_DISPATCH(SumGaussNewton)(field, T_target_source, points);
-  return {.gauss_newton = matrix_of(sums),
-          .surface = matrix_of(HWY_DYNAMIC_DISPATCH(SumSurface)(field, T_target_source, points)),
-          .weights = -sums.sum.front(),
-          .squares = sums.sum.back()};
+  const FieldSums sums = HWY_DYNAMIC_DISPATCH(SumInformation)(field, T_target_source, points);
+  return {.gauss_newton = matrix_of(sums.sum.data() + 7),
+          .surface = matrix_of(sums.sum.data() + 29),
+          .weights = -sums.sum[0],
+          .squares = sums.sum[28]};
 }
 
 }  // namespace minescan
