@@ -14,17 +14,28 @@ struct Centred {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // sum of source * target^T
 };
 
-Centred centred(const std::vector<Eigen::Vector3d>& target,
-                const std::vector<Eigen::Vector3d>& source) {
-  assert(target.size() == source.size() && !target.empty());
+/// None if the weights leave nothing.
+std::optional<Centred> centred(const std::vector<Eigen::Vector3d>& target,
+                               const std::vector<Eigen::Vector3d>& source,
+                               const std::vector<double>& weights) {
+  assert(target.size() == source.size());
+  assert(weights.empty() || weights.size() == target.size());
+  if (target.size() < 3) return {};
+  const auto weight = [&](std::size_t i) { return weights.empty() ? 1 : weights[i]; };
   Centred c;
-  for (const Eigen::Vector3d& q : target) c.target_mean += q;
-  for (const Eigen::Vector3d& p : source) c.source_mean += p;
-  c.target_mean /= static_cast<double>(target.size());
-  c.source_mean /= static_cast<double>(source.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    c.target_mean += weight(i) * target[i];
+    c.source_mean += weight(i) * source[i];
+    sum += weight(i);
+  }
+  if (!(sum > 0)) return {};
+  c.target_mean /= sum;
+  c.source_mean /= sum;
   // After the means: products of coordinates far from the origin would lose digits.
   for (std::size_t i = 0; i < target.size(); ++i)
-    c.covariance += (source[i] - c.source_mean) * (target[i] - c.target_mean).transpose();
+    c.covariance +=
+        weight(i) * (source[i] - c.source_mean) * (target[i] - c.target_mean).transpose();
   return c;
 }
 
@@ -42,9 +53,11 @@ constexpr double line_limit = 1e-12;
 }  // namespace
 
 std::optional<Pose> align_svd(const std::vector<Eigen::Vector3d>& target,
-                              const std::vector<Eigen::Vector3d>& source) {
-  if (target.size() < 3) return {};
-  const Centred c = centred(target, source);
+                              const std::vector<Eigen::Vector3d>& source,
+                              const std::vector<double>& weights) {
+  const std::optional<Centred> found = centred(target, source, weights);
+  if (!found) return {};
+  const Centred& c = *found;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(c.covariance,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (!(svd.singularValues()[1] > line_limit * svd.singularValues()[0])) return {};
@@ -54,9 +67,11 @@ std::optional<Pose> align_svd(const std::vector<Eigen::Vector3d>& target,
 }
 
 std::optional<Pose> align_quaternion(const std::vector<Eigen::Vector3d>& target,
-                                     const std::vector<Eigen::Vector3d>& source) {
-  if (target.size() < 3) return {};
-  const Centred c = centred(target, source);
+                                     const std::vector<Eigen::Vector3d>& source,
+                                     const std::vector<double>& weights) {
+  const std::optional<Centred> found = centred(target, source, weights);
+  if (!found) return {};
+  const Centred& c = *found;
   const Eigen::Matrix3d& S = c.covariance;
   Eigen::Matrix4d N;  // Horn 1987, section 4A
   N.topLeftCorner<1, 1>() << S.trace();

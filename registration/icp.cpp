@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "registration/icp.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "registration/alignment.h"
-#include "registration/kdtree.h"
+#include "registration/newton.h"
 #include "registration/registered.h"
+#include "registration/search.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
-
 namespace {
 
-struct Pairs {
-  std::vector<Eigen::Vector3d> target = {};
-  std::vector<Eigen::Vector3d> source = {};  // in the source frame
-};
+constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
 
 /// The limit for pairs in iteration 1, 2, ...
 double distance_limit(int iteration, const IcpOptions& o) {
@@ -26,18 +27,214 @@ double distance_limit(int iteration, const IcpOptions& o) {
   return o.max_distance + part * (o.final_distance - o.max_distance);
 }
 
-void find_pairs(const KdTree& tree, const PointCloud& target,
-                const std::vector<Eigen::Vector3d>& points, const Pose& T, double max_distance,
-                double error, Pairs& pairs) {
-  pairs.target.clear();
-  pairs.source.clear();
-  for (const Eigen::Vector3d& p : points) {
-    const Eigen::Vector3d moved = T * p;
-    const std::optional<Neighbour> neighbour = tree.nearest(moved, max_distance, error);
-    if (!neighbour) continue;
-    pairs.target.push_back(target.points[neighbour->index]);
-    pairs.source.push_back(p);
+bool uses_source_normals(const IcpOptions& o) {
+  return o.metric == IcpMetric::symmetric || o.matcher == IcpMatcher::normal_shooting ||
+         o.weights == PairWeights::normals || o.max_angle < std::numbers::pi;
+}
+bool uses_target_normals(const IcpOptions& o) {
+  return uses_source_normals(o) || o.metric == IcpMetric::plane;
+}
+
+/// The used source points with their normals, in the source frame.
+PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
+  PointCloud used;
+  const std::vector<std::uint32_t> chosen = sample(source.points, options.sampling);
+  used.points.reserve(chosen.size());
+  for (const std::uint32_t i : chosen) used.points.push_back(source.points[i]);
+  if (!uses_source_normals(options)) return used;
+  used.normals.reserve(chosen.size());
+  if (!source.normals.empty()) {
+    for (const std::uint32_t i : chosen) used.normals.push_back(source.normals[i]);
+    return used;
   }
+  const KdTree tree(used.points, options.leaf_size);
+  for (const Eigen::Vector3d& p : used.points) {
+    const LocalPlane plane = local_plane(tree, used.points, p, options.neighbours);
+    used.normals.push_back(plane.known ? plane.normal : Eigen::Vector3d::Zero());
+  }
+  return used;
+}
+
+/// Looks up the nearest neighbours of points that move a little between one look-up and the next.
+///
+/// Of every point it is known where it was when the tree was searched last, what the nearest point
+/// was and how far all others were at least. As long as the old neighbour is no further than the
+/// others can have become, it is still the nearest.
+class TrackedNeighbours {
+ public:
+  TrackedNeighbours(const KdTree& tree, const std::vector<Eigen::Vector3d>& points,
+                    std::size_t queries)
+      : tree_(tree), points_(points), known_(queries) {}
+
+  /// As tree.nearest(query, max_distance).
+  std::optional<Neighbour> nearest(std::size_t number, const Eigen::Vector3d& query,
+                                   double max_distance) {
+    Known& known = known_[number];
+    const double others = known.others - (query - known.query).norm();
+    if (known.index == nobody) {
+      if (others >= max_distance) return {};
+    } else {
+      const double squared = (points_[known.index] - query).squaredNorm();
+      const double distance = std::sqrt(squared);
+      if (distance < max_distance && distance <= others)
+        return Neighbour{.index = known.index, .squared_distance = squared};
+      if (distance >= max_distance && others >= max_distance) return {};
+    }
+    const KdTree::NearestAndRest found = tree_.nearest_and_rest(query, max_distance + margin);
+    known = {.query = query,
+             .others = found.rest,
+             .index = found.nearest ? found.nearest->index : nobody};
+    if (!found.nearest || !(std::sqrt(found.nearest->squared_distance) < max_distance)) return {};
+    return found.nearest;
+  }
+
+ private:
+  // Metres that a point without a neighbour may move before it is looked for again.
+  static constexpr double margin = 0.25;
+  struct Known {
+    Eigen::Vector3d query = Eigen::Vector3d::Zero();
+    double others = -1;  // nothing is known yet
+    std::uint32_t index = nobody;
+  };
+
+  const KdTree& tree_;
+  const std::vector<Eigen::Vector3d>& points_;
+  std::vector<Known> known_;
+};
+
+/// Finds the pairs of one iteration after the other.
+class Matcher {
+ public:
+  Matcher(const PointCloud& target, const PointCloud& used, const KdTree& tree, Normals& normals,
+          const IcpOptions& options)
+      : target_(target),
+        used_(used),
+        tree_(tree),
+        normals_(normals),
+        options_(options),
+        tracked_(tree, target.points, used.points.size()) {}
+
+  void find(const Pose& T, double max_distance, IcpPairs& pairs) {
+    pairs.clear();
+    outside_ = 0;
+    const Eigen::Vector3d low = tree_.low().array() - max_distance,
+                          high = tree_.high().array() + max_distance;
+    for (std::size_t i = 0; i < used_.points.size(); ++i) {
+      const Eigen::Vector3d p = T * used_.points[i];
+      if ((p.array() < low.array()).any() || (p.array() > high.array()).any()) {
+        ++outside_;
+        continue;
+      }
+      if (options_.matcher == IcpMatcher::normal_shooting) {
+        const std::optional<SurfacePlace> place =
+            shoot(tree_, target_.points, normals_, p, T.linear() * used_.normals[i], max_distance);
+        if (!place) continue;
+        pairs.target.push_back(place->point);
+        pairs.target_normal.push_back(place->normal);
+        pairs.distance.push_back((place->point - p).norm());
+      } else {
+        const std::optional<Neighbour> found = options_.tracked
+                                                   ? tracked_.nearest(i, p, max_distance)
+                                                   : tree_.nearest(p, max_distance, policy_);
+        if (!found) continue;
+        pairs.target.push_back(target_.points[found->index]);
+        if (uses_target_normals(options_)) pairs.target_normal.push_back(normals_.of(found->index));
+        pairs.distance.push_back(std::sqrt(found->squared_distance));
+      }
+      pairs.source.push_back(p);
+      if (!used_.normals.empty()) pairs.source_normal.push_back(T.linear() * used_.normals[i]);
+    }
+    if (options_.max_angle < std::numbers::pi) {
+      std::vector<std::uint8_t> kept(pairs.size());
+      for (std::size_t i = 0; i < pairs.size(); ++i)
+        kept[i] =
+            pairs.source_normal[i].dot(pairs.target_normal[i]) >= std::cos(options_.max_angle);
+      pairs.keep(kept);
+    }
+    if (options_.kept_pairs < 1) trim(pairs, options_.kept_pairs);
+    weigh(pairs, options_.weights);
+  }
+  std::size_t outside() const { return outside_; }
+
+ private:
+  const PointCloud& target_;
+  const PointCloud& used_;
+  const KdTree& tree_;
+  Normals& normals_;
+  const IcpOptions& options_;
+  TreePolicy policy_ = {.search = options_.search, .bound = options_.tree_error};
+  TrackedNeighbours tracked_;
+  std::size_t outside_ = 0;
+};
+
+/// What the pairs hold, and how far they are apart.
+struct Pull {
+  Matrix6d information = Matrix6d::Zero();  // sum of w J^T J
+  Vector6d gradient = Vector6d::Zero();     // sum of w r J
+  double squares = 0;                       // sum of w r^2
+  double weights = 0;
+};
+
+/// Residuals n.(p - q), with the derivatives (n, lever x n) of (tau, omega) about `centre`.
+Pull pull_along(const IcpPairs& pairs, const Eigen::Vector3d& centre, IcpMetric metric) {
+  Pull pull;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Vector3d &p = pairs.source[i], &q = pairs.target[i];
+    Eigen::Vector3d n = pairs.target_normal[i], lever = p - centre;
+    if (metric == IcpMetric::symmetric) {
+      // Both normals point to their scanner, which may see the surface from either side.
+      n += (n.dot(pairs.source_normal[i]) < 0 ? -1 : 1) * pairs.source_normal[i];
+      lever = (p + q) / 2 - centre;  // both ends turn, by half the angle each
+    }
+    const double r = n.dot(p - q), w = pairs.weight[i];
+    Vector6d J;
+    J << n, lever.cross(n);
+    pull.information.noalias() += (w * J) * J.transpose();
+    pull.gradient += w * r * J;
+    pull.squares += w * r * r;
+    pull.weights += w;
+  }
+  return pull;
+}
+
+/// The same for the distance between the points.
+Pull pull_to_points(const IcpPairs& pairs, const Eigen::Vector3d& centre) {
+  Pull pull;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    Eigen::Matrix<double, 3, 6> J;
+    J << Eigen::Matrix3d::Identity(), -skew(pairs.source[i] - centre);
+    pull.information += pairs.weight[i] * J.transpose() * J;
+    pull.squares += pairs.weight[i] * (pairs.source[i] - pairs.target[i]).squaredNorm();
+    pull.weights += pairs.weight[i];
+  }
+  return pull;
+}
+
+/// The motion of the target frame that brings the pairs together, or none if they do not fix it.
+std::optional<Pose> motion(const IcpPairs& pairs, const IcpOptions& options) {
+  if (options.metric == IcpMetric::point)
+    return options.closed_form == ClosedForm::svd
+               ? align_svd(pairs.target, pairs.source, pairs.weight)
+               : align_quaternion(pairs.target, pairs.source, pairs.weight);
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : pairs.source) centre += p / static_cast<double>(pairs.size());
+  const Pull pull = pull_along(pairs, centre, options.metric);
+  const Eigen::LDLT<Matrix6d> ldlt(pull.information);
+  const Vector6d step = -ldlt.solve(pull.gradient);
+  if (ldlt.info() != Eigen::Success || !ldlt.isPositive() || !step.allFinite()) return {};
+  Pose moved = Pose::Identity();
+  if (options.metric == IcpMetric::plane) {
+    moved.linear() = rotation_exp(step.tail<3>());
+    moved.translation() = centre + step.head<3>() - moved.linear() * centre;
+    return moved;
+  }
+  // Rusinkiewicz 2019, section 2.3: half the turn, the shift, half the turn.
+  const double half = std::atan(step.tail<3>().norm() / 2);
+  const Eigen::Matrix3d turn =
+      half > 0 ? rotation_exp(half * step.tail<3>().normalized()) : Eigen::Matrix3d::Identity();
+  moved.linear() = turn * turn;
+  moved.translation() = centre + turn * (std::cos(half) * step.head<3>()) - moved.linear() * centre;
+  return moved;
 }
 
 double pose_change(const Pose& from, const Pose& to) {
@@ -45,61 +242,122 @@ double pose_change(const Pose& from, const Pose& to) {
   return std::hypot((to.translation() - from.translation()).norm(), angle);
 }
 
-double mean_squared_distance(const Pairs& pairs, const Pose& T) {
-  double sum = 0;
-  for (std::size_t i = 0; i < pairs.source.size(); ++i)
-    sum += (T * pairs.source[i] - pairs.target[i]).squaredNorm();
-  return sum / static_cast<double>(pairs.source.size());
-}
-
-Matrix6d covariance(const Pairs& pairs, const Pose& T, double mean_squared) {
-  Matrix6d JtJ = Matrix6d::Zero();
-  for (const Eigen::Vector3d& p : pairs.source) {
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -skew(T.linear() * p);
-    JtJ += J.transpose() * J;
-  }
-  return mean_squared / 3 * JtJ.inverse();
-}
-
 void run_icp(const PointCloud& target, const PointCloud& source, const IcpOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
-  const std::vector<Eigen::Vector3d> points = sampled_points(source.points, options.sampling);
-  result.used_points = points.size();
+  const PointCloud used = used_cloud(source, options);
+  result.used_points = used.points.size();
   result.time.source = watch.lap();
 
   const KdTree tree(target.points, options.leaf_size);
+  Normals normals(target, tree, options.neighbours);
   result.target_bytes = tree.bytes();
   result.time.target = watch.lap();
 
-  const double needed = std::max(6.0, options.min_overlap * static_cast<double>(points.size()));
-  Pairs pairs;
+  const double needed =
+      std::max(6.0, options.min_overlap * static_cast<double>(used.points.size()));
+  Matcher matcher(target, used, tree, normals, options);
+  IcpPairs pairs;
+  Pose& T = result.T_target_source;
+  const auto finish = [&] {
+    // The last pairs, seen from the last pose.
+    matcher.find(T, distance_limit(result.iterations, options), pairs);
+    const Pull pull = options.metric == IcpMetric::point
+                          ? pull_to_points(pairs, T.translation())
+                          : pull_along(pairs, T.translation(), options.metric);
+    const double coordinates = options.metric == IcpMetric::point ? 3 : 1;
+    result.directions = directions_of(pull.information, rms_distance(used.points));
+    result.score = pull.squares / pull.weights;
+    result.covariance = result.score / coordinates * pull.information.inverse();
+    if (options.metric != IcpMetric::point &&
+        !(result.directions.front().hold >= options.min_rank)) {
+      result.status = Status::degenerate;
+      result.covariance.setZero();
+    }
+  };
   while (result.status == Status::max_iterations && result.iterations < options.max_iterations) {
     ++result.iterations;
     ++result.evaluations;
-    find_pairs(tree, target, points, result.T_target_source,
-               distance_limit(result.iterations, options), options.tree_error, pairs);
-    if (static_cast<double>(pairs.source.size()) < needed) {
+    matcher.find(T, distance_limit(result.iterations, options), pairs);
+    if (static_cast<double>(pairs.size()) < needed) {
       result.status = Status::no_overlap;
-    } else if (const std::optional<Pose> pose = align_svd(pairs.target, pairs.source)) {
-      const bool still = pose_change(result.T_target_source, *pose) < options.stop_step;
+    } else if (const std::optional<Pose> moved = motion(pairs, options)) {
+      const Pose next = normalized(*moved * T);
+      const bool still = pose_change(T, next) < options.stop_step;
       if (still && result.iterations > options.decrease_iterations)
         result.status = Status::converged;
-      result.T_target_source = *pose;
+      T = next;
     } else {
       result.status = Status::degenerate;
     }
   }
-  result.empty_points = points.size() - pairs.source.size();
-  if (result.status == Status::converged || result.status == Status::max_iterations) {
-    result.score = mean_squared_distance(pairs, result.T_target_source);
-    result.covariance = covariance(pairs, result.T_target_source, result.score);
-  }
+  result.outside_points = matcher.outside();
+  result.empty_points = used.points.size() - pairs.size() - result.outside_points;
+  if (result.status == Status::converged || result.status == Status::max_iterations) finish();
   result.time.align = watch.lap();
 }
 
 }  // namespace
+
+void IcpPairs::clear() {
+  for (auto* list : {&source, &target, &source_normal, &target_normal}) list->clear();
+  distance.clear();
+  weight.clear();
+}
+
+void IcpPairs::keep(const std::vector<std::uint8_t>& kept) {
+  const auto filter = [&](auto& list) {
+    if (list.size() != kept.size()) return;  // not asked for
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      if (kept[i]) list[count++] = list[i];
+    list.resize(count);
+  };
+  for (auto* list : {&target, &source_normal, &target_normal, &source}) filter(*list);
+  filter(distance);
+  filter(weight);
+}
+
+void weigh(IcpPairs& pairs, PairWeights weights) {
+  pairs.weight.assign(pairs.size(), 1);
+  if (weights == PairWeights::distance && pairs.size() > 0) {
+    const double largest = *std::max_element(pairs.distance.begin(), pairs.distance.end());
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (largest > 0) pairs.weight[i] = 1 - pairs.distance[i] / largest;
+  } else if (weights == PairWeights::normals) {
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      pairs.weight[i] = std::max(0.0, pairs.source_normal[i].dot(pairs.target_normal[i]));
+  }
+}
+
+void trim(IcpPairs& pairs, double part) {
+  const auto kept = static_cast<std::size_t>(std::ceil(part * static_cast<double>(pairs.size())));
+  if (kept >= pairs.size()) return;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < pairs.size(); ++i) order.emplace_back(pairs.distance[i], i);
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end());
+  std::vector<std::uint8_t> chosen(pairs.size(), 0);
+  for (std::size_t i = 0; i < kept; ++i) chosen[order[i].second] = 1;
+  pairs.keep(chosen);
+}
+
+std::optional<SurfacePlace> shoot(const KdTree& tree, const std::vector<Eigen::Vector3d>& points,
+                                  Normals& normals, const Eigen::Vector3d& point,
+                                  const Eigen::Vector3d& direction, double max_distance) {
+  // From the tangent plane of one point to that of the next: on a smooth surface three steps reach
+  // what the spacing of points allows.
+  SurfacePlace place{.point = point};
+  for (int step = 0; step < 3; ++step) {
+    const std::optional<Neighbour> near = tree.nearest(place.point, max_distance);
+    if (!near) return {};
+    place.normal = normals.of(near->index);
+    const double along = place.normal.dot(direction);
+    if (std::abs(along) < 0.1) return {};  // the line runs along the surface
+    place.point = point + place.normal.dot(points[near->index] - point) / along * direction;
+  }
+  if (!((place.point - point).norm() < max_distance)) return {};
+  return place;
+}
 
 RegistrationResult register_icp(const PointCloud& target, const PointCloud& source,
                                 const Pose& T_guess, const IcpOptions& options) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Search tree for the nearest point, exact or with a bounded error.
+// Search tree for the nearest points, exact or approximate.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace minescan {
@@ -15,20 +17,40 @@ struct Neighbour {
   double squared_distance = 0;  // m^2
 };
 
+/// What a search promises of the point that it returns.
+enum class TreeSearch {
+  exact,     // none is nearer
+  relative,  // at most (1 + bound) times as far as the nearest (Arya and Mount 1993, library ANN)
+  additive,  // at most `bound` metres further than the nearest (the paper's 1 cm, section 5)
+  leaf,      // the nearest in the leaf that holds the query (Greenspan and Yurick 2003)
+};
+constexpr auto names_of(TreeSearch) {
+  return std::to_array<std::string_view>({"exact", "relative", "additive", "leaf"});
+}
+
+struct TreePolicy {
+  TreeSearch search = TreeSearch::exact;
+  double bound = 0;  // of `relative` (a ratio) and `additive` (metres)
+};
+
 class KdTree {
  public:
   /// Copies `points` (at least one, all finite). `leaf_size` >= 1 points at most share a leaf.
   /// Build: O(N log N), memory O(N).
   explicit KdTree(const std::vector<Eigen::Vector3d>& points, int leaf_size = 10);
 
-  /// A point whose distance from `query` is at most `error` more than that of the nearest; none if
-  /// the nearest is `max_distance` or further away. With error = 0 it is the nearest.
-  ///
-  /// A subtree is skipped if its box is not closer than the best point so far, less `error`: the
-  /// additive reading of "no more than 1 cm from the true nearest neighbour" (paper, section 5;
-  /// Greenspan and Yurick 2003 and Arya and Mount's ANN bound other quantities).
+  /// A point near `query` as `policy` promises; none if the nearest is `max_distance` or further
+  /// away (or, for a leaf, the nearest in it). A subtree is skipped if its box is not closer than
+  /// the best point so far, less what the policy allows.
   std::optional<Neighbour> nearest(const Eigen::Vector3d& query, double max_distance,
-                                   double error = 0) const;
+                                   const TreePolicy& policy = {}) const;
+
+  /// The nearest point within `max_distance`, and how far all others are at least.
+  struct NearestAndRest {
+    std::optional<Neighbour> nearest = {};
+    double rest = 0;  // metres; up to max_distance
+  };
+  NearestAndRest nearest_and_rest(const Eigen::Vector3d& query, double max_distance) const;
 
   /// The `k` points nearest to `query` within `max_distance`, nearest first, fewer if there are not
   /// as many; of points equally far those first in the cloud. `found` is overwritten and keeps its
@@ -36,32 +58,48 @@ class KdTree {
   void nearest(const Eigen::Vector3d& query, std::size_t k, double max_distance,
                std::vector<Neighbour>& found) const;
 
+  /// The box around the points.
+  const Eigen::Vector3d& low() const { return low_; }
+  const Eigen::Vector3d& high() const { return high_; }
+
   std::size_t bytes() const;
 
  private:
   // Inner nodes have a split axis and two children; the space between the children is left out.
   struct Node {
-    double low = 0;            // the first child's points are not beyond this along `axis`
-    double high = 0;           // the second child's are not before this
-    std::uint32_t second = 0;  // the first child follows its parent directly
-    std::uint32_t begin = 0;   // of a leaf's points
-    std::uint32_t end = 0;
-    int axis = -1;  // -1: a leaf
+    double low = 0;   // the first child's points are not beyond this along `axis`
+    double high = 0;  // the second child's are not before this
+    // Of an inner node the number of its second child (the first one follows directly), of a leaf
+    // where its points begin.
+    std::uint32_t second_or_begin = 0;
+    std::uint16_t count = 0;  // points of a leaf
+    std::int8_t axis = -1;    // -1: a leaf
   };
   struct Entry {
     Eigen::Vector3d point;
     std::uint32_t index;
   };
   struct Search;
+  struct SearchOfTwo;
   struct SearchOfMany;
 
-  void build(std::uint32_t begin, std::uint32_t end, std::uint32_t leaf_size);
-  void visit(std::uint32_t node, Search& search) const;
-  void visit(std::uint32_t node, SearchOfMany& search) const;
+  void build(std::vector<Entry>& entries, std::size_t begin, std::size_t end, std::size_t leaf_size,
+             int depth);
+  void add_leaf(const std::vector<Entry>& entries, std::size_t begin, std::size_t end, Node& node);
+  const Node& leaf_of(const Eigen::Vector3d& query) const;
+  template <class AnySearch>
+  void run(AnySearch& search) const;
+  /// Calls visit(squared distance, place) for the points of a leaf, and of what fills it up.
+  template <class Visit>
+  static void for_each_distance(const KdTree& tree, const Node& leaf, const Eigen::Vector3d& query,
+                                Visit&& visit);
 
-  std::vector<Entry> entries_;  // in the order of the leaves
   std::vector<Node> nodes_;
-  Eigen::Vector3d low_ = Eigen::Vector3d::Zero();  // bounding box
+  // Leaf by leaf, x of four points, then y, then z of them; leaves are filled up with points that
+  // are nowhere.
+  std::vector<double> xyz_;
+  std::vector<std::uint32_t> index_;
+  Eigen::Vector3d low_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d high_ = Eigen::Vector3d::Zero();
 };
 

@@ -35,6 +35,9 @@ const std::vector<Method>& methods() {
           register_robust),
       row("ndt", "3D-NDT with fixed cells, the paper's baseline", register_ndt),
       row("icp", "point-to-point ICP, the paper's baseline", register_icp),
+      row("icp-plane", "point-to-plane ICP", register_icp, IcpOptions{.metric = IcpMetric::plane}),
+      row("icp-symmetric", "ICP along the sum of both normals", register_icp,
+          IcpOptions{.metric = IcpMetric::symmetric}),
 #ifdef MINESCAN_PCL
       row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library", register_pcl_ndt),
       row("pcl-icp", "IterativeClosestPoint of the Point Cloud Library", register_pcl_icp),

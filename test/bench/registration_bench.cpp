@@ -187,7 +187,7 @@ void kdtree_nearest(benchmark::State& state) {
   const double error = static_cast<double>(state.range(0)) / 1000;
   for (auto _ : state)
     for (const Eigen::Vector3d& p : points)
-      benchmark::DoNotOptimize(tree.nearest(pair.truth * p, 1, error));
+      benchmark::DoNotOptimize(tree.nearest(pair.truth * p, 1, {TreeSearch::additive, error}));
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
 }
 BENCHMARK(kdtree_nearest)->ArgName("error_mm")->Arg(0)->Arg(10)->Unit(benchmark::kMillisecond);

@@ -77,7 +77,7 @@ TEST(KdTree, IsNeverWorseThanTheErrorAllowed) {
   for (const double error : {0.01, 0.2}) {
     int inexact = 0;
     for (const Eigen::Vector3d& q : queries()) {
-      const auto found = tree.nearest(q, everywhere, error);
+      const auto found = tree.nearest(q, everywhere, {TreeSearch::additive, error});
       ASSERT_TRUE(found);
       const double excess = std::sqrt(found->squared_distance) - brute_force(points, q);
       EXPECT_LE(excess, error);
@@ -95,7 +95,7 @@ TEST(KdTree, FindsAPointIfThereIsOneWithinTheLimit) {
     for (const double error : {0.0, 0.3}) {
       const double limit = 0.4;
       const bool expected = brute_force(points, q) < limit;
-      const auto neighbour = tree.nearest(q, limit, error);
+      const auto neighbour = tree.nearest(q, limit, {TreeSearch::additive, error});
       ASSERT_EQ(neighbour.has_value(), expected);
       if (neighbour) {
         EXPECT_LT(neighbour->squared_distance, limit * limit);
@@ -113,6 +113,64 @@ TEST(KdTree, TakesEqualPointsAndSinglePoints) {
   EXPECT_FALSE(same.nearest({1, 2, 5}, 1));
   const KdTree one({{1, 2, 3}}, 10);
   EXPECT_EQ(one.nearest({1, 2, 5}, 3)->index, 0u);
+}
+
+TEST(KdTree, KeepsToTheRelativeBound) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  const KdTree tree(points, 10);
+  int inexact = 0;
+  for (const Eigen::Vector3d& q : queries()) {
+    const auto found = tree.nearest(q, everywhere, {TreeSearch::relative, 0.5});
+    const double nearest = brute_force(points, q);
+    EXPECT_LE(std::sqrt(found->squared_distance), 1.5 * nearest * (1 + 1e-12));
+    inexact += std::sqrt(found->squared_distance) > nearest * (1 + 1e-12);
+  }
+  EXPECT_GT(inexact, 0);
+}
+
+TEST(KdTree, OfALeafItFindsTheBestPoint) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  const KdTree whole(points, 5000), tree(points, 10);
+  int inexact = 0;
+  for (const Eigen::Vector3d& q : queries()) {
+    const double nearest = brute_force(points, q);
+    const auto found = tree.nearest(q, everywhere, {TreeSearch::leaf});
+    ASSERT_TRUE(found);
+    EXPECT_GE(std::sqrt(found->squared_distance), nearest * (1 - 1e-12));
+    inexact += std::sqrt(found->squared_distance) > nearest * (1 + 1e-12);
+    // One leaf with all points.
+    EXPECT_NEAR(std::sqrt(whole.nearest(q, everywhere, {TreeSearch::leaf})->squared_distance),
+                nearest, 1e-12 * nearest);
+  }
+  EXPECT_GT(inexact, 100);
+}
+
+TEST(KdTree, TellsHowFarTheOthersAre) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+  const KdTree tree(points, 10);
+  for (const Eigen::Vector3d& q : queries()) {
+    std::vector<double> all;
+    for (const Eigen::Vector3d& p : points) all.push_back((p - q).norm());
+    std::partial_sort(all.begin(), all.begin() + 2, all.end());
+    const KdTree::NearestAndRest found = tree.nearest_and_rest(q, 1);
+    EXPECT_EQ(found.nearest.has_value(), all[0] < 1);
+    if (found.nearest) {
+      EXPECT_NEAR(std::sqrt(found.nearest->squared_distance), all[0], 1e-12);
+    }
+    EXPECT_NEAR(found.rest, std::min(1.0, all[1]), 1e-12);
+  }
+}
+
+// As deep a tree as there can be: every level takes one point off.
+TEST(KdTree, TakesPointsThatCrowdEverCloserTogether) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 1000; ++i) points.push_back({std::pow(0.5, i), 0, 0});
+  const KdTree tree(points, 1);
+  for (int i = 0; i < 40; ++i) {
+    const auto found = tree.nearest({std::pow(0.5, i), 0, 0}, 1);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->squared_distance, 0);
+  }
 }
 
 }  // namespace
