@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "registration/ndt_field.h"
 #include "registration/ndt_score.h"
@@ -13,54 +16,155 @@ namespace minescan {
 
 namespace {
 
+/// Points, and the fields that score them.
+struct Term {
+  const std::vector<NdtField>* fields = nullptr;
+  const PackedPoints* points = nullptr;
+};
+
+Objective objective_of(const std::vector<Term>& terms, double length) {
+  return {.score =
+              [terms](const Pose& pose, Curvature curvature) {
+                Score sum;
+                for (const Term& term : terms) {
+                  for (const NdtField& field : *term.fields) {
+                    const Score score = ndt_score(field, pose, *term.points, curvature);
+                    sum.value += score.value;
+                    sum.gradient += score.gradient;
+                    sum.hessian += score.hessian;
+                    sum.met += score.met;
+                  }
+                }
+                return sum;
+              },
+          .value =
+              [terms](const Pose& pose) {
+                double sum = 0;
+                for (const Term& term : terms)
+                  for (const NdtField& field : *term.fields)
+                    sum += ndt_value(field, pose, *term.points);
+                return sum;
+              },
+          .length = length};
+}
+
+NdtInformation information_of(const std::vector<NdtField>& fields, const Pose& pose,
+                              const PackedPoints& points) {
+  NdtInformation sum;
+  for (const NdtField& field : fields) {
+    const NdtInformation part = ndt_information(field, pose, points);
+    sum.gauss_newton += part.gauss_newton;
+    sum.surface += part.surface;
+    sum.weights += part.weights;
+    sum.squares += part.squares;
+  }
+  return sum;
+}
+
+/// The target in cells of one size, for one level.
+struct Target {
+  std::vector<NdtField> fields = {};
+  // The cells themselves where they are spread too widely for a field: the plain sums are slower
+  // and take as much memory as there are cells, whatever lies between.
+  std::optional<NdtGrid> plain = {};
+
+  Target(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& grid,
+         const NdtTermOptions& terms) {
+    const bool baseline = terms.discretisation == Discretisation::fixed &&
+                          terms.neighbourhood == Neighbourhood::own && !terms.linked &&
+                          !terms.endless && terms.density == Density::normal;
+    if (!baseline) {
+      fields = ndt_fields(points, grid, terms);
+      return;
+    }
+    plain.emplace(points, grid);
+    if (std::optional<NdtField> field = ndt_field(*plain)) {
+      fields.push_back(*std::move(field));
+      plain.reset();
+    }
+  }
+  std::size_t bytes() const {
+    std::size_t sum = plain ? plain->bytes() : 0;
+    for (const NdtField& field : fields) sum += field.bytes();
+    return sum;
+  }
+};
+
+/// What a search has found, and what it says about the pose.
+void conclude(const Target& target, const Found& found, const std::vector<Eigen::Vector3d>& points,
+              const PackedPoints& packed, double length, const NdtOptions& options,
+              RegistrationResult& result) {
+  const NdtInformation information = target.plain
+                                         ? ndt_information(*target.plain, found.pose, points)
+                                         : information_of(target.fields, found.pose, packed);
+  const MetCount count = target.plain ? MetCount{.met = found.score.met, .inside = points.size()}
+                                      : count_met(target.fields, found.pose, points);
+  result.directions = directions_of(information.surface, length);
+  result.score = found.score.value;
+  result.outside_points = points.size() - std::max(count.inside, count.met);
+  result.empty_points = points.size() - result.outside_points - count.met;
+  const auto used = static_cast<double>(points.size());
+  if (static_cast<double>(count.met) < std::max(6.0, options.min_overlap * used)) {
+    result.status = Status::no_overlap;
+  } else if (!(result.directions.front().hold >= options.min_rank)) {
+    result.status = Status::degenerate;
+  } else {
+    result.status = found.converged ? Status::converged : Status::max_iterations;
+    result.covariance = pose_covariance(information);
+  }
+}
+
 void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
   const std::vector<Eigen::Vector3d> points = sampled_points(source.points, options.sampling);
   const double length = rms_distance(points);
   const PackedPoints packed(points);
+  std::vector<Eigen::Vector3d> near, far;
+  for (const Eigen::Vector3d& p : points)
+    (options.far_distance > 0 && p.norm() >= options.far_distance ? far : near).push_back(p);
+  const PackedPoints packed_near(near), packed_far(far);
   result.used_points = points.size();
   result.time.source = watch.lap();
 
-  for (int level = options.levels - 1; level >= 0; --level) {
-    NdtGridOptions grid_options = options.grid;
-    grid_options.cell_size *= std::pow(options.level_ratio, level);
-    const NdtGrid grid(target.points, grid_options);
-    const std::optional<NdtField> field = ndt_field(grid);
-    result.target_bytes = std::max(result.target_bytes, field ? field->bytes() : grid.bytes());
-    result.time.target += watch.lap();
-
-    Objective objective{.length = length};
-    if (field) {
-      objective.score = [&](const Pose& pose, Curvature curvature) {
-        return ndt_score(*field, pose, packed, curvature);
-      };
-      objective.value = [&](const Pose& pose) { return ndt_value(*field, pose, packed); };
-    } else {
-      objective.score = [&](const Pose& pose, Curvature curvature) {
-        return ndt_score(grid, pose, points, curvature);
-      };
-      objective.value = [&](const Pose& pose) { return ndt_value(grid, pose, points); };
-    }
-    const Found found = minimise(objective, result.T_target_source, options.search);
+  const auto search = [&](const Objective& objective, const SearchOptions& how) {
+    const Found found = minimise(objective, result.T_target_source, how);
     result.T_target_source = found.pose;
     result.iterations += found.iterations;
     result.evaluations += found.evaluations;
-    if (level == 0) {
-      const auto used = static_cast<double>(points.size());
-      const NdtInformation information = field ? ndt_information(*field, found.pose, packed)
-                                               : ndt_information(grid, found.pose, points);
-      result.directions = directions_of(information.surface, length);
-      result.score = found.score.value;
-      result.empty_points = points.size() - found.score.met;
-      result.status = found.converged ? Status::converged : Status::max_iterations;
-      if (static_cast<double>(found.score.met) < std::max(6.0, options.min_overlap * used))
-        result.status = Status::no_overlap;
-      else if (!(result.directions.front().hold >= options.min_rank))
-        result.status = Status::degenerate;
-      else
-        result.covariance = pose_covariance(information);
+    return found;
+  };
+  for (int level = options.levels - 1; level >= 0; --level) {
+    NdtGridOptions grid = options.grid;
+    grid.cell_size *= std::pow(options.level_ratio, level);
+    const Target cells(target.points, grid, options.terms);
+    std::size_t bytes = cells.bytes();
+    if (!far.empty() && !cells.plain) {
+      NdtGridOptions larger = grid;
+      larger.cell_size *= 2;
+      const Target far_cells(target.points, larger, options.terms);
+      bytes += far_cells.bytes();
+      result.time.target += watch.lap();
+      SearchOptions first = options.search;
+      first.stop_step = std::max(first.stop_step, 0.01);
+      first.max_iterations = std::min(first.max_iterations, 10);
+      search(
+          objective_of({{&cells.fields, &packed_near}, {&far_cells.fields, &packed_far}}, length),
+          first);
+      result.time.align += watch.lap();
     }
+    result.target_bytes = std::max(result.target_bytes, bytes);
+    result.time.target += watch.lap();
+
+    Objective objective = objective_of({{&cells.fields, &packed}}, length);
+    if (cells.plain) {
+      objective.score = [&](const Pose& pose, Curvature curvature) {
+        return ndt_score(*cells.plain, pose, points, curvature);
+      };
+      objective.value = [&](const Pose& pose) { return ndt_value(*cells.plain, pose, points); };
+    }
+    const Found found = search(objective, options.search);
+    if (level == 0) conclude(cells, found, points, packed, length, options, result);
     result.time.align += watch.lap();
   }
 }

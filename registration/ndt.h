@@ -4,6 +4,7 @@
 
 #include "core/cloud.h"
 #include "registration/ndt_grid.h"
+#include "registration/ndt_terms.h"
 #include "registration/result.h"
 #include "registration/sampling.h"
 #include "registration/search.h"
@@ -13,11 +14,16 @@ namespace minescan {
 /// The defaults are the paper's baseline (section 5).
 struct NdtOptions {
   NdtGridOptions grid = {};
+  NdtTermOptions terms = {};
   SamplingOptions sampling = {};
   // Coarse to fine ("iterative subdivision", section 4.3.4): one registration after the other, the
   // first with cells of cell_size * level_ratio^(levels - 1), the last with cell_size.
   int levels = 1;
   double level_ratio = 2;
+  // Near and far (Takeuchi and Tsubouchi 2006): source points this far from their scanner and
+  // further, in metres, are scored in cells twice as large until a step is below 0.01 or ten
+  // iterations are over. 0: all in the same. The distances and the switch are assumed.
+  double far_distance = 0;
   SearchOptions search = {};  // of every level
   double min_overlap = 0.05;  // assumed
   // Measured with 1 m cells: a plane under 1 cm of noise gives up to 1e-4, a straight tunnel with
@@ -28,9 +34,13 @@ struct NdtOptions {
 template <class Visitor>
 void fields(NdtOptions& o, Visitor&& field) {
   fields(o.grid, field);
+  fields(o.terms, field);
   fields(o.sampling, field);
   field("levels", o.levels, between(1, 10), "", "registrations with ever smaller cells");
   field("level-ratio", o.level_ratio, between(1, 10), "", "cell size of a level / of the next");
+  field("far-distance", o.far_distance, between(0, 10000), "m",
+        "at first, source points this far from the scanner are scored in cells twice as large; 0: "
+        "not");
   fields(o.search, field);
   field("min-overlap", o.min_overlap, between(0, 1), "",
         "part of the used points that must lie in a cell, else no_overlap");
@@ -58,8 +68,11 @@ void fields(NdtOptions& o, Visitor&& field) {
 ///                 independent and is far too small for dense scans (scale it by what trials
 ///                 show); its shape tells weak directions. directions: of
 ///                 NdtInformation::surface.
+///                 empty_points: in no cell with a distribution; outside_points: outside the box of
+///                 cells that have one.
 /// throws          std::invalid_argument for an empty cloud, a coordinate that is not finite or
-///                 more than 2^20 cells from the lattice's origin, or an option out of range
+///                 more than 2^20 cells from the lattice's origin, an option out of range, or,
+///                 other than with the baseline's cells, a box of more than 2^24 cells
 /// cost            O(N + M + iterations * used points) time; memory O(N) while sampling and
 ///                 O(occupied cells) after
 /// source          Magnusson et al. 2007, sections 3 to 5; equation numbers refer to it

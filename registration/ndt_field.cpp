@@ -147,6 +147,7 @@ struct MetPoints {
   // of a register.
   HWY_ALIGN float y[3][field_block + field_lanes];
   HWY_ALIGN std::int32_t base[field_block + field_lanes];
+  HWY_ALIGN float weight[field_block + field_lanes];  // of a trilinear field only
   std::size_t count = 0;
 };
 
@@ -183,12 +184,21 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
                     hn::LoadU(d, points.z() + at)};
     // Padding stays outside: it is further away than any point can be.
     auto inside = hn::Lt(p[0], beyond);
-    V y[3];
+    V y[3], weight = hn::Set(d, 1);
     I index[3];
     for (int i = 0; i < 3; ++i) {
       y[i] = hn::MulAdd(motion.R[i][2], p[2],
                         hn::MulAdd(motion.R[i][1], p[1], hn::Mul(motion.R[i][0], p[0])));
       V cell = hn::Mul(hn::Add(y[i], motion.t[i]), per_side);
+      if (field.trilinear_corner >= 0) {
+        // Of the two centres on either side the one before or the one after.
+        const V from_centre = hn::Sub(cell, half);
+        const V before = hn::Floor(from_centre);
+        const V part = hn::Sub(from_centre, before);
+        const bool after = (field.trilinear_corner >> i & 1) != 0;
+        cell = after ? hn::Add(before, hn::Set(d, 1)) : before;
+        weight = hn::Mul(weight, after ? part : hn::Sub(hn::Set(d, 1), part));
+      }
       if (field.endless)
         cell = hn::Min(hn::Max(cell, zero), hn::Sub(limit[i], half));
       else
@@ -203,6 +213,7 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
     const I number = hn::GatherIndex(di, field.number.data(), place);
     const auto meets = hn::And(inside, hn::RebindMask(d, hn::Gt(number, hn::Set(di, -1))));
     for (int i = 0; i < 3; ++i) hn::CompressStore(y[i], meets, d, met.y[i] + met.count);
+    if (field.trilinear_corner >= 0) hn::CompressStore(weight, meets, d, met.weight + met.count);
     met.count += hn::CompressStore(hn::Mul(number, hn::Set(di, row_floats)),
                                    hn::RebindMask(di, meets), di, met.base + met.count);
   }
@@ -227,6 +238,7 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
     for (std::size_t i = met.count; i < end; ++i) {
       for (float* y : {met.y[0], met.y[1], met.y[2]}) y[i] = 0;
       met.base[i] = nowhere;
+      met.weight[i] = 0;
     }
     BlockSums sums_of[registers];
     for (std::size_t at = 0; at < end; at += hn::Lanes(d)) {
@@ -246,8 +258,8 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       const V exponent =
           hn::Mul(half, hn::MulAdd(x[2], v[2], hn::MulAdd(x[1], v[1], hn::Mul(x[0], v[0]))));
       const V near = hn::Min(exponent, farthest);
-      const V w =
-          hn::IfThenElseZero(hn::Lt(exponent, farthest), hn::Exp(d, hn::Neg(near)));  // eq. 4
+      V w = hn::IfThenElseZero(hn::Lt(exponent, farthest), hn::Exp(d, hn::Neg(near)));  // eq. 4
+      if (field.trilinear_corner >= 0) w = hn::Mul(w, hn::LoadU(d, met.weight + at));
       sums.value = hn::Sub(sums.value, w);
       if (terms == FieldTerms::value) continue;
 
@@ -298,6 +310,7 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       add(sums.surface, result.sum.data() + k);
     }
   }
+  for (double& x : result.sum) x *= field.height;
   return result;
 }
 
@@ -354,6 +367,24 @@ PackedPoints::PackedPoints(const std::vector<Eigen::Vector3d>& points) : size_(p
   }
 }
 
+NdtField::Row row_of(const NdtCell& cell, const Eigen::Vector3d& normal,
+                     const Eigen::Vector3d& corner) {
+  NdtField::Row row;
+  for (int i = 0; i < 3; ++i) {
+    row.mean[i] = static_cast<float>(cell.mean[i] - corner[i]);
+    row.normal[i] = static_cast<float>(normal[i]);
+  }
+  row.set_information(information_matrix(cell));
+  return row;
+}
+
+NdtField::Row unmet_row() {
+  NdtField::Row row;
+  for (float& x : row.mean) x = nowhere;
+  row.set_information(Eigen::Matrix3d::Identity());
+  return row;
+}
+
 std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin) {
   if (grid.cells().empty()) return {};
   std::array<int, 3> low = Lattice::indices(grid.keys().front()), high = low;
@@ -375,20 +406,13 @@ std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin) {
   field.corner = grid.lattice().corner(low);
   field.number.assign(static_cast<std::size_t>(cells), -1);
   field.rows.resize(grid.cells().size() + 1);
-  for (float& x : field.rows.back().mean) x = nowhere;  // what fills up registers
-  for (std::size_t i : {0, 3, 5}) field.rows.back().information[i] = 1;
+  field.rows.back() = unmet_row();
   for (std::size_t c = 0; c < grid.cells().size(); ++c) {
     const std::array<int, 3> at = Lattice::indices(grid.keys()[c]);
     const std::int32_t x = at[0] - low[0], y = at[1] - low[1], z = at[2] - low[2];
     field.number[static_cast<std::size_t>((z * field.size[1] + y) * field.size[0] + x)] =
         static_cast<std::int32_t>(c);
-    const NdtCell& cell = grid.cells()[c];
-    NdtField::Row& row = field.rows[c];
-    for (int i = 0; i < 3; ++i) {
-      row.mean[i] = static_cast<float>(cell.mean[i] - field.corner[i]);
-      row.normal[i] = static_cast<float>(grid.normal(cell)[i]);
-    }
-    row.set_information(information_matrix(cell));
+    field.rows[c] = row_of(grid.cells()[c], grid.normal(grid.cells()[c]), field.corner);
   }
   return field;
 }

@@ -51,11 +51,21 @@ struct NdtField {
   std::vector<Row> rows = {};                        // the last one is never met
   /// Whether points outside are scored with the nearest cell of the box's border.
   bool endless = false;
+  /// 0 to 7: a point is scored with this one of the 8 cells with the nearest centres (bit 0: the
+  /// one further along x, bit 1: y, bit 2: z), weighted by the trilinear weight of that centre,
+  /// which derivatives take for constant. -1: with the cell that it lies in.
+  int trilinear_corner = -1;
+  double height = 1;  // of a density at its mean
 
   std::size_t bytes() const {
     return number.size() * sizeof(number[0]) + rows.size() * sizeof(rows[0]);
   }
 };
+
+/// A row relative to `corner`, and one that no point can be near to.
+NdtField::Row row_of(const NdtCell& cell, const Eigen::Vector3d& normal,
+                     const Eigen::Vector3d& corner);
+NdtField::Row unmet_row();
 
 /// The cells of a box that fields are made for; a cloud spread wider than that is better off with
 /// the table of NdtGrid.

@@ -2,6 +2,7 @@
 #include "registration/ndt_grid.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 namespace minescan {
 
@@ -48,7 +49,8 @@ std::optional<FittedCell> fit_cell(const CellSums& sums, const Eigen::Vector3d& 
   const Eigen::Matrix3d L = V * inverse.asDiagonal() * V.transpose();
   return FittedCell{.cell = {.mean = corner + q,
                              .information = {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)}},
-                    .normal = V.col(0)};
+                    .normal = V.col(0),
+                    .thinnest = std::max(0.0, solver.eigenvalues()[0])};
 }
 
 SummedCells sum_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice) {

@@ -85,6 +85,7 @@ SummedCells twice_as_large(const SummedCells& cells);
 struct FittedCell {
   NdtCell cell = {};
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double thinnest = 0;  // variance along the normal before it was raised, m^2
 };
 
 /// None if there are fewer than min_cell_points or if all points coincide.

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// The ways in which 3D-NDT divides the target and looks it up (paper, section 4.3, and later work):
+// each is a list of fields whose sums are added.
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "core/fields.h"
+#include "registration/ndt_field.h"
+#include "registration/ndt_grid.h"
+
+namespace minescan {
+
+/// How cells are divided further.
+enum class Discretisation {
+  fixed,     // not at all (section 4.3.1)
+  octree,    // where points do not lie along a plane; the leaf that holds a point scores it (4.3.2)
+  additive,  // the same, and all leaves of the undivided cell score it (4.3.3)
+};
+constexpr auto names_of(Discretisation) {
+  return std::to_array<std::string_view>({"fixed", "octree", "additive"});
+}
+
+/// Which cells score a point.
+enum class Neighbourhood {
+  own,        // the one that it lies in
+  faces,      // and the 6 beyond its faces (DIRECT7 of ndt_omp)
+  all,        // and all 26 around it
+  overlap,    // one of each of 8 lattices, shifted by half a cell (Biber and Strasser 2003 in 3D)
+  trilinear,  // the 8 with the nearest centres, weighted (Magnusson 2009)
+};
+constexpr auto names_of(Neighbourhood) {
+  return std::to_array<std::string_view>({"own", "faces", "all", "overlap", "trilinear"});
+}
+
+enum class Density {
+  normal,   // normal distributions alone (paper, eq. 4)
+  mixture,  // with a uniform part for outliers, as fitted by Magnusson (2009, eqs 6.7 to 6.10)
+};
+constexpr auto names_of(Density) { return std::to_array<std::string_view>({"normal", "mixture"}); }
+
+/// The defaults are the paper's baseline (section 5).
+struct NdtTermOptions {
+  Discretisation discretisation = Discretisation::fixed;
+  int depth = 1;               // how often a cell may be halved
+  double split_spread = 0.05;  // metres; the paper names no limit
+  Neighbourhood neighbourhood = Neighbourhood::own;
+  bool linked = false;   // section 4.3.5
+  bool endless = false;  // section 4.3.5
+  Density density = Density::normal;
+  double outlier_ratio = 0.55;  // PCL's own
+};
+
+template <class Visitor>
+void fields(NdtTermOptions& o, Visitor&& field) {
+  field("discretisation", o.discretisation, "how cells are divided further");
+  field("depth", o.depth, between(1, 8), "", "octree, additive: how often a cell may be halved");
+  field(
+      "split-spread", o.split_spread, between(0, 1000), "m",
+      "octree, additive: a cell whose points spread further in their thinnest direction (standard "
+      "deviation) is divided");
+  field("neighbourhood", o.neighbourhood, "which cells score a point");
+  field("linked", o.linked,
+        "a cell without a distribution takes that of the nearest cell with one");
+  field("endless", o.endless, "points outside are scored with the nearest cell of the border");
+  field("density", o.density, "what a cell says of a point");
+  field("outlier-ratio", o.outlier_ratio, above_up_to(0, 0.99), "",
+        "mixture: weight of the uniform part");
+}
+
+/// d1 and d2 of the mixture's approximation d1 exp(-d2 u / 2), d1 < 0, in a cell of side `side`
+/// metres (Magnusson 2009, eq. 6.10; PCL's constants: c1 = 10 (1 - o), c2 = o / side^3).
+struct MixtureFit {
+  double d1 = -1;
+  double d2 = 1;
+};
+MixtureFit mixture_fit(double outlier_ratio, double side);
+
+/// The fields over which the score of these options is summed; empty if no cell has a distribution.
+///
+/// `endless` and `linked` mean something for `own` and `trilinear` only where they apply to every
+/// field alike: they are set in each.
+///
+/// throws  std::invalid_argument if a field has more than max_field_cells, or a point lies more
+/// than
+///         2^20 cells from the lattice's origin
+std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
+                                 const NdtGridOptions& grid, const NdtTermOptions& options);
+
+/// How many points meet a distribution of any of the fields, and how many lie within the box of
+/// one.
+struct MetCount {
+  std::size_t met = 0;
+  std::size_t inside = 0;
+};
+MetCount count_met(const std::vector<NdtField>& fields, const Pose& T_target_source,
+                   const std::vector<Eigen::Vector3d>& points);
+
+}  // namespace minescan

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+#include "registration/ndt_terms.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "clouds.h"
+#include "registration/ndt.h"
+
+namespace minescan {
+namespace {
+
+// As in the test of fields: coordinates in single precision, cells 0.03 m thick.
+constexpr double tolerance = 2e-4;
+
+const Pose T = displaced(Pose::Identity(), {0.05, -0.03, 0.02}, {0.5, -0.3, 0.8}, 0.02);
+
+/// Points whose cell is the same in single and in double precision, for lattices of 1/4 m.
+std::vector<Eigen::Vector3d> sources() {
+  std::vector<Eigen::Vector3d> kept;
+  for (const Eigen::Vector3d& p : bumpy_tunnel(3000, 2).points) {
+    const Eigen::Array3d quarters = 4 * (T * p).array();
+    if ((quarters - quarters.round()).abs().minCoeff() > 4e-4) kept.push_back(p);
+  }
+  return kept;
+}
+
+Score sum_over(const std::vector<NdtField>& fields, Curvature curvature = Curvature::full) {
+  Score sum;
+  const PackedPoints points(sources());
+  for (const NdtField& field : fields) {
+    const Score score = ndt_score(field, T, points, curvature);
+    sum.value += score.value;
+    sum.gradient += score.gradient;
+    sum.hessian += score.hessian;
+    sum.met += score.met;
+  }
+  return sum;
+}
+
+Score fields_score(const NdtGridOptions& grid, const NdtTermOptions& options,
+                   Curvature curvature = Curvature::full) {
+  return sum_over(ndt_fields(bumpy_tunnel(20000, 1).points, grid, options), curvature);
+}
+
+void expect_equal(const Score& a, const Score& b) {
+  EXPECT_EQ(a.met, b.met);
+  EXPECT_NEAR(a.value, b.value, tolerance * std::abs(b.value));
+  EXPECT_TRUE(a.gradient.isApprox(b.gradient, 10 * tolerance));  // terms of both signs
+  EXPECT_TRUE(a.hessian.isApprox(b.hessian, tolerance));
+}
+
+/// The plain sum over cells around the one that a point lies in.
+template <class Counts>
+Score plain_sum(const NdtGrid& grid, Counts&& counts, Curvature curvature = Curvature::full) {
+  Score sum;
+  const double side = grid.lattice().side();
+  for (const Eigen::Vector3d& p : sources()) {
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          const Eigen::Vector3d moved = T * p;
+          const double weight = counts(moved, Eigen::Vector3i(x, y, z));
+          const NdtCell* cell = grid.find(moved + side * Eigen::Vector3d(x, y, z));
+          if (weight == 0 || !cell) continue;
+          const Score term = ndt_score(*cell, T, p, curvature);
+          sum.value += weight * term.value;
+          sum.gradient += weight * term.gradient;
+          sum.hessian += weight * term.hessian;
+          ++sum.met;
+        }
+  }
+  return sum;
+}
+
+TEST(NdtTerms, NeighboursAreTheCellsAround) {
+  const NdtGrid grid(bumpy_tunnel(20000, 1).points, {});
+  for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
+    const auto faces = [](const Eigen::Vector3d&, const Eigen::Vector3i& at) {
+      return at.cwiseAbs().sum() <= 1 ? 1.0 : 0.0;
+    };
+    expect_equal(fields_score({}, {.neighbourhood = Neighbourhood::faces}, curvature),
+                 plain_sum(grid, faces, curvature));
+    // The centre among them: an implementation elsewhere left it out.
+    const auto all = [](const Eigen::Vector3d&, const Eigen::Vector3i&) { return 1.0; };
+    expect_equal(fields_score({}, {.neighbourhood = Neighbourhood::all}, curvature),
+                 plain_sum(grid, all, curvature));
+  }
+}
+
+TEST(NdtTerms, TrilinearWeighsTheCentresAround) {
+  const NdtGrid grid(bumpy_tunnel(20000, 1).points, {});
+  const auto weight = [](const Eigen::Vector3d& moved, const Eigen::Vector3i& at) {
+    double product = 1;
+    for (int i = 0; i < 3; ++i) {
+      const double from_centre = moved[i] - (std::floor(moved[i]) + 0.5 + at[i]);
+      product *= std::max(0.0, 1 - std::abs(from_centre));
+    }
+    return product;
+  };
+  const Score fields = fields_score({}, {.neighbourhood = Neighbourhood::trilinear});
+  const Score plain = plain_sum(grid, weight);
+  expect_equal(fields, plain);
+
+  // Where all cells say the same, it says that as well: weights sum to 1.
+  std::vector<NdtField> constant =
+      ndt_fields(bumpy_tunnel(200000, 1).points, {.cell_size = 4, .min_cell_points = 4},
+                 {.neighbourhood = Neighbourhood::trilinear, .linked = true, .endless = true});
+  for (NdtField& field : constant)
+    for (NdtField::Row& row : field.rows) row.set_information(Eigen::Matrix3d::Zero());
+  EXPECT_NEAR(sum_over(constant).value, -static_cast<double>(sources().size()), 0.01);
+}
+
+TEST(NdtTerms, OverlapIsEightLattices) {
+  Score plain;
+  for (int shift = 0; shift < 8; ++shift) {
+    const Eigen::Vector3d origin(0.5 * (shift & 1), 0.5 * (shift >> 1 & 1), 0.5 * (shift >> 2));
+    const NdtGrid grid(bumpy_tunnel(20000, 1).points, {.lattice_origin = origin});
+    const Score part = ndt_score(grid, T, sources());
+    plain.value += part.value;
+    plain.gradient += part.gradient;
+    plain.hessian += part.hessian;
+    plain.met += part.met;
+  }
+  expect_equal(fields_score({}, {.neighbourhood = Neighbourhood::overlap}), plain);
+}
+
+TEST(NdtTerms, AnOctreeThatIsNeverDividedIsFixed) {
+  const NdtGridOptions grid{.cell_size = 2};
+  const Score fixed = fields_score(grid, {});
+  for (const Discretisation kind : {Discretisation::octree, Discretisation::additive})
+    expect_equal(fields_score(grid, {.discretisation = kind, .split_spread = 1000}), fixed);
+}
+
+TEST(NdtTerms, AnOctreeThatIsAlwaysDividedIsFixedOneSizeDown) {
+  // Enough points everywhere that no cell stays whole for want of them.
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(200000, 1).points;
+  const NdtTermOptions octree{.discretisation = Discretisation::octree, .split_spread = 0};
+  const std::vector<NdtField> divided = ndt_fields(points, {.cell_size = 2}, octree);
+  const std::vector<NdtField> small = ndt_fields(points, {.cell_size = 1}, {});
+  ASSERT_EQ(divided.size(), 1u);
+  // A few large cells have all their points in a corner that holds them as one.
+  const Score a = sum_over(divided), b = sum_over(small);
+  EXPECT_NEAR(a.value, b.value, 0.01 * std::abs(b.value));
+  EXPECT_GE(a.met, b.met);
+}
+
+// A test for normality that always says "divide" has been seen elsewhere.
+TEST(NdtTerms, AnOctreeDividesWhereTheWallBendsOnly) {
+  std::vector<Eigen::Vector3d> points;
+  Random random(1, 0);
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 8 * random.uniform(), y = 2 * random.uniform();
+    points.push_back({x, y, 0.5 + (x < 4 ? 0.01 * random.normal() : 0.8 * (i % 2))});
+  }
+  const std::vector<NdtField> fields = ndt_fields(
+      points, {.cell_size = 2}, {.discretisation = Discretisation::octree, .split_spread = 0.1});
+  ASSERT_EQ(fields.size(), 1u);
+  // Two flat cells stay whole; two of two layers, at z = 0.5 and 1.3, become 8 parts each.
+  EXPECT_EQ(fields[0].rows.size() - 1, 2u + 16u);
+}
+
+TEST(NdtTerms, AdditiveScoresAPointByAllPartsOfItsCell) {
+  const NdtGridOptions grid{.cell_size = 2};
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(20000, 1).points;
+  const std::vector<NdtField> octree =
+      ndt_fields(points, grid, {.discretisation = Discretisation::octree, .split_spread = 0.03});
+  const std::vector<NdtField> additive =
+      ndt_fields(points, grid, {.discretisation = Discretisation::additive, .split_spread = 0.03});
+  std::size_t leaves = 0;
+  for (const NdtField& field : additive) leaves += field.rows.size() - 1;
+  EXPECT_EQ(leaves, octree[0].rows.size() - 1);
+  EXPECT_GT(additive.size(), 1u);
+  EXPECT_LT(sum_over(additive).value, sum_over(octree).value);  // more terms, all of one sign
+}
+
+TEST(NdtTerms, LinksAndEndlessBoundsChangeNothingWhereAllIsMet) {
+  // A block full of points: no cell is empty.
+  std::vector<Eigen::Vector3d> block;
+  Random random(2, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const double x = random.uniform(), y = random.uniform(), z = random.uniform();
+    block.push_back({6 * x - 3, 6 * y - 3, 6 * z - 3});
+  }
+  std::vector<Eigen::Vector3d> inside;
+  for (const Eigen::Vector3d& p : sources())
+    if (p.cwiseAbs().maxCoeff() < 2.5) inside.push_back(p);
+  const auto value = [&](const NdtTermOptions& options) {
+    return ndt_value(ndt_fields(block, {}, options).at(0), T, PackedPoints(inside));
+  };
+  EXPECT_EQ(value({.linked = true}), value({}));
+  EXPECT_EQ(value({.endless = true}), value({}));
+  EXPECT_EQ(value({.linked = true, .endless = true}), value({}));
+  // And where not all is met, they do: links for points inside, bounds for those outside.
+  const std::vector<Eigen::Vector3d> tunnel = bumpy_tunnel(3000, 1).points;
+  const auto count = [&](const NdtTermOptions& options) {
+    return count_met(ndt_fields(tunnel, {}, options), Pose(Eigen::Translation3d(4.3, 0, 0)),
+                     sources());
+  };
+  const MetCount plain = count({}), linked = count({.linked = true}),
+                 both = count({.linked = true, .endless = true});
+  EXPECT_LT(plain.met, plain.inside);
+  EXPECT_EQ(linked.met, linked.inside);
+  EXPECT_EQ(linked.inside, plain.inside);
+  EXPECT_LT(linked.inside, sources().size());
+  EXPECT_EQ(both.met, sources().size());
+}
+
+// Values of d2 for an outlier ratio of 0.55, and the three points that the fit goes through.
+TEST(MixtureFit, IsThatOfThePublishedTable) {
+  for (const auto& [side, d2] :
+       {std::pair{0.5, 0.756}, std::pair{1.0, 0.433}, std::pair{2.0, 0.249}, std::pair{3.0, 0.193}})
+    EXPECT_NEAR(mixture_fit(0.55, side).d2, d2, 6e-4) << side;  // three digits
+  const double c1 = 10 * 0.45, c2 = 0.55;
+  const MixtureFit fit = mixture_fit(0.55, 1);
+  const double d3 = -std::log(c2);
+  for (const double u : {0.0, 1.0, 1000.0})
+    EXPECT_NEAR(fit.d1 * std::exp(-fit.d2 * u / 2) + d3, -std::log(c1 * std::exp(-u / 2) + c2),
+                1e-12);
+  EXPECT_LT(fit.d1, 0);  // a sign that was wrong for years elsewhere
+}
+
+TEST(NdtTerms, MixtureIsTheSameWithWiderCellsAndAnotherHeight) {
+  const MixtureFit fit = mixture_fit(0.55, 1);
+  const NdtGrid grid(bumpy_tunnel(20000, 1).points, {});
+  double plain = 0;
+  for (const Eigen::Vector3d& p : sources()) {
+    const NdtCell* cell = grid.find(T * p);
+    if (!cell) continue;
+    const Eigen::Vector3d x = T * p - cell->mean;
+    plain += fit.d1 * std::exp(-fit.d2 / 2 * x.dot(information_matrix(*cell) * x));
+  }
+  EXPECT_NEAR(fields_score({}, {.density = Density::mixture}).value, plain,
+              tolerance * std::abs(plain));
+}
+
+TEST(RegisterNdt, NearAndFarEndsWhereTheSmallCellsDo) {
+  const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
+  const Pose guess = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
+  const RegistrationResult plain = register_ndt(target, source, guess);
+  const RegistrationResult result = register_ndt(target, source, guess, {.far_distance = 6});
+  EXPECT_EQ(result.status, Status::converged);
+  EXPECT_GT(result.target_bytes, plain.target_bytes);
+  // The score jumps by millimetres around its minimum: two ways there end that far apart.
+  EXPECT_LT(pose_error(plain.T_target_source, result.T_target_source).translation, 0.005);
+  // Nobody is far: nothing changes.
+  const RegistrationResult none = register_ndt(target, source, guess, {.far_distance = 1000});
+  EXPECT_TRUE(none.T_target_source.isApprox(plain.T_target_source, 0));
+}
+
+TEST(RegisterNdt, RefusesABoxOfTooManyCells) {
+  std::vector<Eigen::Vector3d> points = bumpy_tunnel(2000, 1).points;
+  for (int i = 0; i < 20; ++i) points.push_back({1e5 + 0.01 * i, 400.001 * 1e2, 0.02 * (i % 3)});
+  EXPECT_THROW(ndt_fields(points, {}, {.endless = true}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace minescan
