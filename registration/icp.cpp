@@ -28,8 +28,9 @@ double distance_limit(int iteration, const IcpOptions& o) {
 }
 
 bool uses_source_normals(const IcpOptions& o) {
-  return o.metric == IcpMetric::symmetric || o.matcher == IcpMatcher::normal_shooting ||
-         o.weights == PairWeights::normals || o.max_angle < std::numbers::pi;
+  return o.metric == IcpMetric::symmetric || o.metric == IcpMetric::generalized ||
+         o.matcher == IcpMatcher::normal_shooting || o.weights == PairWeights::normals ||
+         o.max_angle < std::numbers::pi;
 }
 bool uses_target_normals(const IcpOptions& o) {
   return uses_source_normals(o) || o.metric == IcpMetric::plane;
@@ -210,6 +211,40 @@ Pull pull_to_points(const IcpPairs& pairs, const Eigen::Vector3d& centre) {
   return pull;
 }
 
+/// The same for differences between two flat distributions: J^T M J with the inverse M of the sum
+/// of both covariances. For the directions that are held, only what lies across the surfaces
+/// counts: `surface` is the sum of w J^T n n^T J.
+Pull pull_between_planes(const IcpPairs& pairs, const Eigen::Vector3d& centre, double flatness,
+                         Matrix6d* surface = nullptr) {
+  Pull pull;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Vector3d lever = pairs.source[i] - centre;
+    const Eigen::Vector3d d = pairs.source[i] - pairs.target[i];
+    const Eigen::Vector3d &a = pairs.source_normal[i], &b = pairs.target_normal[i];
+    const double w = pairs.weight[i];
+    // Both have the covariance I - (1 - flatness) n n^T; without a normal it is I.
+    Eigen::Matrix3d C = -(1 - flatness) * (a * a.transpose() + b * b.transpose());
+    C.diagonal().array() += 2;
+    const Eigen::Matrix3d M = C.inverse();
+    const Eigen::Matrix3d MX = M * -skew(lever), X = skew(lever);
+    const Eigen::Vector3d v = M * d;
+    pull.information.topLeftCorner<3, 3>() += w * M;
+    pull.information.topRightCorner<3, 3>() += w * MX;
+    pull.information.bottomRightCorner<3, 3>() += w * (X * MX);
+    pull.gradient.head<3>() += w * v;
+    pull.gradient.tail<3>() += w * lever.cross(v);
+    pull.squares += w * d.dot(v);
+    pull.weights += w;
+    if (surface) {
+      Vector6d along;
+      along << b, lever.cross(b);
+      *surface += w * along * along.transpose();
+    }
+  }
+  pull.information.bottomLeftCorner<3, 3>() = pull.information.topRightCorner<3, 3>().transpose();
+  return pull;
+}
+
 /// The motion of the target frame that brings the pairs together, or none if they do not fix it.
 std::optional<Pose> motion(const IcpPairs& pairs, const IcpOptions& options) {
   if (options.metric == IcpMetric::point)
@@ -218,12 +253,14 @@ std::optional<Pose> motion(const IcpPairs& pairs, const IcpOptions& options) {
                : align_quaternion(pairs.target, pairs.source, pairs.weight);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : pairs.source) centre += p / static_cast<double>(pairs.size());
-  const Pull pull = pull_along(pairs, centre, options.metric);
+  const Pull pull = options.metric == IcpMetric::generalized
+                        ? pull_between_planes(pairs, centre, options.flatness)
+                        : pull_along(pairs, centre, options.metric);
   const Eigen::LDLT<Matrix6d> ldlt(pull.information);
   const Vector6d step = -ldlt.solve(pull.gradient);
   if (ldlt.info() != Eigen::Success || !ldlt.isPositive() || !step.allFinite()) return {};
   Pose moved = Pose::Identity();
-  if (options.metric == IcpMetric::plane) {
+  if (options.metric != IcpMetric::symmetric) {
     moved.linear() = rotation_exp(step.tail<3>());
     moved.translation() = centre + step.head<3>() - moved.linear() * centre;
     return moved;
@@ -262,11 +299,16 @@ void run_icp(const PointCloud& target, const PointCloud& source, const IcpOption
   const auto finish = [&] {
     // The last pairs, seen from the last pose.
     matcher.find(T, distance_limit(result.iterations, options), pairs);
-    const Pull pull = options.metric == IcpMetric::point
-                          ? pull_to_points(pairs, T.translation())
+    Matrix6d surface = Matrix6d::Zero();
+    const Pull pull = options.metric == IcpMetric::point ? pull_to_points(pairs, T.translation())
+                      : options.metric == IcpMetric::generalized
+                          ? pull_between_planes(pairs, T.translation(), options.flatness, &surface)
                           : pull_along(pairs, T.translation(), options.metric);
-    const double coordinates = options.metric == IcpMetric::point ? 3 : 1;
-    result.directions = directions_of(pull.information, rms_distance(used.points));
+    const double coordinates =
+        options.metric == IcpMetric::point || options.metric == IcpMetric::generalized ? 3 : 1;
+    result.directions =
+        directions_of(options.metric == IcpMetric::generalized ? surface : pull.information,
+                      rms_distance(used.points));
     result.score = pull.squares / pull.weights;
     result.covariance = result.score / coordinates * pull.information.inverse();
     if (options.metric != IcpMetric::point &&

@@ -22,9 +22,12 @@ enum class IcpMetric {
   point,      // between the two points (Besl and McKay 1992), in closed form
   plane,      // from the target point's tangent plane (Chen and Medioni 1992)
   symmetric,  // along the sum of both normals (Rusinkiewicz 2019)
+  // Between two flat distributions, one about each point (generalized ICP, Segal et al. 2009): a
+  // standard deviation of 1 along the surface, of `flatness` across it.
+  generalized,
 };
 constexpr auto names_of(IcpMetric) {
-  return std::to_array<std::string_view>({"point", "plane", "symmetric"});
+  return std::to_array<std::string_view>({"point", "plane", "symmetric", "generalized"});
 }
 
 /// How the metric `point` is solved; the same to rounding.
@@ -74,10 +77,11 @@ struct IcpOptions {
   TreeSearch search = TreeSearch::additive;
   double tree_error = 0.01;   // bound of the search: metres if additive, a ratio if relative
   int neighbours = 10;        // from which normals are found; assumed
+  double flatness = 1e-3;     // of `generalized`: a ratio of variances (Segal et al. 2009)
   double stop_step = 1e-4;    // norm of (metres, radians)
   int max_iterations = 500;   // assumed, the paper has no limit
   double min_overlap = 0.05;  // assumed
-  double min_rank = 5e-4;     // of `plane` and `symmetric`; as NdtOptions::min_rank
+  double min_rank = 5e-4;     // of all metrics but `point`; as NdtOptions::min_rank
 };
 
 template <class Visitor>
@@ -106,14 +110,17 @@ void fields(IcpOptions& o, Visitor&& field) {
         "metres if additive, as a ratio if relative; 0: exact");
   field("neighbours", o.neighbours, between(3, 1000), "",
         "points from which a normal is found, where the cloud has none");
+  field("flatness", o.flatness, above_up_to(0, 1), "",
+        "metric generalized: variance across a surface / along it");
   field("stop-step", o.stop_step, above_up_to(0, 1), "",
         "a change of the pose below this norm ends the search, m and rad");
   field("max-iterations", o.max_iterations, between(1, 100000), "", "iterations");
   field("min-overlap", o.min_overlap, between(0, 1), "",
         "part of the used points that must find a partner, else no_overlap");
-  field("min-rank", o.min_rank, between(0, 1), "",
-        "metrics plane and symmetric: smallest / largest eigenvalue of what the pairs hold, below "
-        "which it is degenerate");
+  field(
+      "min-rank", o.min_rank, between(0, 1), "",
+      "metrics other than point: smallest / largest eigenvalue of what the pairs hold, below which "
+      "it is degenerate");
 }
 
 /// Registers `source` to `target` with ICP: every used source point is paired with a place of the

@@ -64,6 +64,8 @@ const std::vector<Method>& methods() {
       row("icp-plane", "point-to-plane ICP", register_icp, IcpOptions{.metric = IcpMetric::plane}),
       row("icp-symmetric", "ICP along the sum of both normals", register_icp,
           IcpOptions{.metric = IcpMetric::symmetric}),
+      row("gicp", "generalized ICP: between planes of both clouds", register_icp,
+          IcpOptions{.metric = IcpMetric::generalized}),
 #ifdef MINESCAN_PCL
       row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library", register_pcl_ndt),
       row("pcl-icp", "IterativeClosestPoint of the Point Cloud Library", register_pcl_icp),

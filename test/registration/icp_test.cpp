@@ -148,7 +148,7 @@ TEST(RegisterIcp, StopsAtTheIterationLimit) {
 TEST(RegisterIcp, PlanesAndBothNormalsPullToTheTruth) {
   const PointCloud target = bumpy_tunnel(60000, 1), source = bumpy_tunnel(30000, 2);
   const Pose guess = displaced(Pose::Identity(), {0.3, -0.4, 0.2}, {0.5, -0.3, 0.8}, 0.1);
-  for (const IcpMetric metric : {IcpMetric::plane, IcpMetric::symmetric}) {
+  for (const IcpMetric metric : {IcpMetric::plane, IcpMetric::symmetric, IcpMetric::generalized}) {
     const RegistrationResult result =
         register_icp(target, source, guess, {.metric = metric, .neighbours = 20});
     EXPECT_EQ(result.status, Status::converged);
@@ -163,7 +163,7 @@ TEST(RegisterIcp, PlanesAndBothNormalsPullToTheTruth) {
 
 TEST(RegisterIcp, OnAPlaneThePlaneMetricIsDegenerateAndThePointMetricIsNot) {
   const PointCloud target = plane(5000, 12, 0.01, 1), source = plane(5000, 12, 0.01, 2);
-  for (const IcpMetric metric : {IcpMetric::plane, IcpMetric::symmetric}) {
+  for (const IcpMetric metric : {IcpMetric::plane, IcpMetric::symmetric, IcpMetric::generalized}) {
     const RegistrationResult result =
         register_icp(target, source, near_identity, {.metric = metric, .neighbours = 30});
     EXPECT_EQ(result.status, Status::degenerate);
