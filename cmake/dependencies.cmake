@@ -22,5 +22,5 @@ find_library(LZF_LIBRARY lzf REQUIRED)
 if(MINESCAN_PCL)
   # Through pkg-config: PCLConfig.cmake would look for VTK and Qt, which registration does not need.
   find_package(PkgConfig REQUIRED)
-  pkg_check_modules(PCL REQUIRED IMPORTED_TARGET pcl_registration)
+  pkg_check_modules(PCL REQUIRED IMPORTED_TARGET pcl_registration pcl_features pcl_filters)
 endif()

@@ -69,6 +69,12 @@ const std::vector<Method>& methods() {
 #ifdef MINESCAN_PCL
       row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library", register_pcl_ndt),
       row("pcl-icp", "IterativeClosestPoint of the Point Cloud Library", register_pcl_icp),
+      row("pcl-icp-plane", "the same with the distance from tangent planes",
+          register_pcl_icp_plane),
+      row("pcl-gicp", "GeneralizedIterativeClosestPoint of the Point Cloud Library",
+          register_pcl_gicp),
+      row("pcl-fpfh", "global start by features and sample consensus, Point Cloud Library",
+          register_pcl_global),
 #endif
   };
   return table;

@@ -3,10 +3,18 @@
 
 #include <fmt/format.h>
 #include <pcl/console/print.h>
+#include <pcl/features/fpfh.h>
+#include <pcl/features/normal_3d.h>
+#include <pcl/filters/voxel_grid.h>
 #include <pcl/point_types.h>
+#include <pcl/registration/gicp.h>
 #include <pcl/registration/icp.h>
 #include <pcl/registration/ndt.h>
+#include <pcl/registration/sample_consensus_prerejective.h>
+#include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 
@@ -148,6 +156,236 @@ void run_pcl_icp(const PointCloud& target, const PointCloud& source, const PclIc
 RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
                                     const Pose& T_guess, const PclIcpOptions& options) {
   return registered(target, source, T_guess, options, run_pcl_icp);
+}
+
+namespace {
+
+using PointNormal = pcl::PointNormal;
+using NormalCloud = pcl::PointCloud<PointNormal>;
+
+NormalCloud::Ptr with_normals(const PclCloud::Ptr& cloud, int neighbours, double radius) {
+  pcl::NormalEstimation<pcl::PointXYZ, PointNormal> estimation;
+  const NormalCloud::Ptr normals(new NormalCloud);
+  estimation.setInputCloud(cloud);
+  if (neighbours > 0)
+    estimation.setKSearch(neighbours);
+  else
+    estimation.setRadiusSearch(radius);
+  estimation.compute(*normals);
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    (*normals)[i].x = (*cloud)[i].x;
+    (*normals)[i].y = (*cloud)[i].y;
+    (*normals)[i].z = (*cloud)[i].z;
+  }
+  // Points without neighbours have no normal, and PCL's features end the program at such a one.
+  const NormalCloud::Ptr known(new NormalCloud);
+  for (const PointNormal& p : *normals)
+    if (std::isfinite(p.normal_x) && std::isfinite(p.normal_y) && std::isfinite(p.normal_z))
+      known->push_back(p);
+  return known;
+}
+
+struct CountingPlaneIcp : pcl::IterativeClosestPoint<PointNormal, PointNormal> {
+  int iterations() const { return nr_iterations_; }
+  const pcl::Correspondences& pairs() const { return *correspondences_; }
+};
+
+/// Surfaces that leave a direction free give its linear system no solution, and PCL's search for
+/// neighbours then ends the program at the first coordinate that is not a number: here it stands
+/// still and tells.
+struct CheckedPlaneEstimation
+    : pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal> {
+  using Base = pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>;
+  bool* solved = nullptr;
+
+  using Base::estimateRigidTransformation;
+  void estimateRigidTransformation(const NormalCloud& source, const NormalCloud& target,
+                                   const pcl::Correspondences& pairs,
+                                   Matrix4& matrix) const override {
+    Base::estimateRigidTransformation(source, target, pairs, matrix);
+    if (matrix.allFinite()) return;
+    matrix.setIdentity();
+    *solved = false;
+  }
+};
+
+void run_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
+                       const PclNormalOptions& options, RegistrationResult& result) {
+  silence_pcl();
+  Stopwatch watch;
+  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const NormalCloud::Ptr moving(new NormalCloud);  // its normals are not looked at
+  for (const pcl::PointXYZ& p : *points) {
+    moving->emplace_back();
+    moving->back().x = p.x, moving->back().y = p.y, moving->back().z = p.z;
+  }
+  const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
+  result.status = Status::no_overlap;
+  result.used_points = points->size();
+  result.time.source = watch.lap();
+
+  CountingPlaneIcp icp;
+  const auto estimation = new CheckedPlaneEstimation;
+  bool solved = true;
+  estimation->solved = &solved;
+  icp.setTransformationEstimation(CheckedPlaneEstimation::Base::Ptr(estimation));
+  icp.setMaxCorrespondenceDistance(options.max_distance);
+  icp.setTransformationEpsilon(options.epsilon);
+  icp.setMaximumIterations(options.max_iterations);
+  const NormalCloud::Ptr still = with_normals(pcl_cloud(target.points), options.neighbours, 0);
+  icp.setInputTarget(still);
+  icp.setInputSource(moving);
+  result.time.target = watch.lap();
+  if (still->empty()) return;
+
+  NormalCloud aligned;
+  icp.align(aligned, guess);
+  using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
+  const auto state = icp.getConvergeCriteria()->getConvergenceState();
+  result.iterations = icp.iterations();
+  const Eigen::Matrix4f end = icp.getFinalTransformation();
+  if (!solved) {
+    result.status = Status::degenerate;
+  } else if (state != Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES) {
+    result.T_target_source = pose_of(end);
+    result.status = state == Criteria::CONVERGENCE_CRITERIA_ITERATIONS ? Status::max_iterations
+                                                                       : Status::converged;
+    for (const pcl::Correspondence& pair : icp.pairs())
+      result.score += static_cast<double>(pair.distance);
+    result.score /= static_cast<double>(icp.pairs().size());
+  }
+  result.time.align = watch.lap();
+}
+
+struct CountingGicp : pcl::GeneralizedIterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> {
+  int iterations() const { return nr_iterations_; }
+};
+
+void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
+                  const PclNormalOptions& options, RegistrationResult& result) {
+  silence_pcl();
+  Stopwatch watch;
+  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
+  result.status = Status::no_overlap;
+  result.used_points = points->size();
+  result.time.source = watch.lap();
+
+  // Its covariances need as many points, or it goes on without them.
+  const auto needed = static_cast<std::size_t>(options.neighbours);
+  if (points->size() < needed || target.points.size() < needed) return;
+  CountingGicp gicp;
+  gicp.setMaxCorrespondenceDistance(options.max_distance);
+  gicp.setCorrespondenceRandomness(options.neighbours);
+  // It compares the largest change of any number of the matrix, over this, with 1.
+  gicp.setTransformationEpsilon(std::sqrt(options.epsilon));
+  gicp.setRotationEpsilon(std::sqrt(options.epsilon));
+  gicp.setMaximumIterations(options.max_iterations);
+  gicp.setInputTarget(pcl_cloud(target.points));
+  gicp.setInputSource(points);
+  result.time.target = watch.lap();
+
+  PclCloud aligned;
+  try {
+    gicp.align(aligned, guess);
+  } catch (const std::exception&) {
+    // Too few pairs for its solver: it throws where its ICP reports a state.
+    result.time.align = watch.lap();
+    return;
+  }
+  result.iterations = gicp.iterations();
+  const double fitness = gicp.getFitnessScore(options.max_distance);
+  if (gicp.getFinalTransformation().allFinite() && gicp.hasConverged() &&
+      fitness < std::numeric_limits<double>::max()) {
+    result.T_target_source = pose_of(gicp.getFinalTransformation());
+    result.score = fitness;
+    result.status =
+        result.iterations < options.max_iterations ? Status::converged : Status::max_iterations;
+  }
+  result.time.align = watch.lap();
+}
+
+using Feature = pcl::FPFHSignature33;
+using FeatureCloud = pcl::PointCloud<Feature>;
+
+PclCloud::Ptr thinned(const std::vector<Eigen::Vector3d>& points, double leaf) {
+  pcl::VoxelGrid<pcl::PointXYZ> grid;
+  grid.setInputCloud(pcl_cloud(points));
+  const auto side = static_cast<float>(leaf);
+  grid.setLeafSize(side, side, side);
+  const PclCloud::Ptr thin(new PclCloud);
+  grid.filter(*thin);
+  return thin;
+}
+
+FeatureCloud::Ptr features_of(const NormalCloud::Ptr& cloud, double radius) {
+  pcl::FPFHEstimation<PointNormal, PointNormal, Feature> estimation;
+  estimation.setInputCloud(cloud);
+  estimation.setInputNormals(cloud);
+  estimation.setRadiusSearch(radius);
+  const FeatureCloud::Ptr features(new FeatureCloud);
+  if (cloud->empty()) return features;
+  estimation.compute(*features);
+  return features;
+}
+
+void run_pcl_global(const PointCloud& target, const PointCloud& source,
+                    const PclGlobalOptions& options, RegistrationResult& result) {
+  silence_pcl();
+  Stopwatch watch;
+  check_cells(target.points, options.leaf);
+  check_cells(source.points, options.leaf);
+  result.status = Status::no_overlap;
+  const NormalCloud::Ptr moving =
+      with_normals(thinned(source.points, options.leaf), 0, options.normal_radius);
+  const FeatureCloud::Ptr moving_features = features_of(moving, options.feature_radius);
+  result.used_points = moving->size();
+  result.time.source = watch.lap();
+  const NormalCloud::Ptr still =
+      with_normals(thinned(target.points, options.leaf), 0, options.normal_radius);
+  const FeatureCloud::Ptr still_features = features_of(still, options.feature_radius);
+  result.time.target = watch.lap();
+  if (moving->size() >= 5 && still->size() >= 5) {
+    pcl::SampleConsensusPrerejective<PointNormal, PointNormal, Feature> search;
+    search.setInputSource(moving);
+    search.setSourceFeatures(moving_features);
+    search.setInputTarget(still);
+    search.setTargetFeatures(still_features);
+    search.setMaximumIterations(options.max_iterations);
+    search.setNumberOfSamples(3);
+    search.setCorrespondenceRandomness(5);
+    search.setSimilarityThreshold(static_cast<float>(options.similarity));
+    search.setMaxCorrespondenceDistance(options.inlier_distance);
+    search.setInlierFraction(static_cast<float>(options.inlier_part));
+    std::srand(1);
+    NormalCloud aligned;
+    search.align(aligned);
+    result.iterations = options.max_iterations;
+    if (search.hasConverged() && search.getFinalTransformation().allFinite()) {
+      result.T_target_source = pose_of(search.getFinalTransformation());
+      result.score =
+          -static_cast<double>(search.getInliers().size()) / static_cast<double>(moving->size());
+      result.status = Status::converged;
+    }
+  }
+  result.time.align = watch.lap();
+}
+
+}  // namespace
+
+RegistrationResult register_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
+                                          const Pose& T_guess, const PclNormalOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_icp_plane);
+}
+
+RegistrationResult register_pcl_gicp(const PointCloud& target, const PointCloud& source,
+                                     const Pose& T_guess, const PclNormalOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_gicp);
+}
+
+RegistrationResult register_pcl_global(const PointCloud& target, const PointCloud& source,
+                                       const Pose& T_guess, const PclGlobalOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_global);
 }
 
 }  // namespace minescan
