@@ -9,15 +9,18 @@
 #include "cli/command.h"
 #include "cli/scene_config.h"
 #include "core/output_file.h"
+#include "core/text.h"
+#include "eval/external_method.h"
 #include "formats/cloud_file.h"
 #include "formats/data_set.h"
 #include "registration/methods.h"
+#include "registration/registered.h"
 
 namespace minescan {
 namespace {
 
 struct State {
-  std::string target, source, guess, truth, json, out;
+  std::string target, source, guess, truth, json, out, axis;
   std::string method = "ndt";
   bool print_config = false;
 };
@@ -26,6 +29,20 @@ struct State {
 Pose pose_argument(const std::string& text) {
   if (text.empty()) return Pose::Identity();
   return std::filesystem::exists(text) ? read_pose(text) : parse_pose(text);
+}
+
+// The direction of a tunnel in the target's frame.
+Eigen::Vector3d axis_argument(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ',');
+  if (parts.size() != 3)
+    throw std::invalid_argument("--axis: expected x,y,z, found '" + text + "'");
+  Eigen::Vector3d axis;
+  for (int i = 0; i < 3; ++i)
+    axis[i] = read_number(parts[static_cast<std::size_t>(i)], any_number, false);
+  if (!(axis.head<2>().norm() > 0))
+    throw std::invalid_argument("--axis: expected a direction that is not vertical, found '" +
+                                text + "'");
+  return axis;
 }
 
 template <class Matrix>
@@ -40,15 +57,19 @@ nlohmann::ordered_json matrix_json(const Matrix& matrix) {
 }
 
 std::string result_json(const std::string& method, const RegistrationResult& result,
-                        const std::optional<PoseError>& error) {
+                        const std::optional<PoseError>& error,
+                        const std::optional<Eigen::Vector3d>& axis) {
   nlohmann::ordered_json json = {{"method", method},
                                  {"status", value_text(result.status)},
                                  {"T_target_source", matrix_json(result.T_target_source.matrix())},
                                  {"iterations", result.iterations},
+                                 {"evaluations", result.evaluations},
                                  {"score", result.score},
                                  {"target_points", result.target_points},
                                  {"source_points", result.source_points},
                                  {"used_points", result.used_points},
+                                 {"empty_points", result.empty_points},
+                                 {"outside_points", result.outside_points},
                                  {"time_s",
                                   {{"target", result.time.target},
                                    {"source", result.time.source},
@@ -56,6 +77,14 @@ std::string result_json(const std::string& method, const RegistrationResult& res
                                  {"cpu_s", result.cpu},
                                  {"target_bytes", result.target_bytes},
                                  {"covariance", matrix_json(result.covariance)}};
+  json["directions"] = nlohmann::ordered_json::array();
+  for (const Direction& direction : result.directions) {
+    nlohmann::ordered_json item = {
+        {"hold", direction.hold},
+        {"step", std::vector<double>(direction.step.data(), direction.step.data() + 6)}};
+    if (axis) item["name"] = direction_name(direction, *axis);
+    json["directions"].push_back(std::move(item));
+  }
   if (error) {
     json["translation_error_m"] = error->translation;
     json["rotation_error_rad"] = error->rotation;
@@ -64,7 +93,8 @@ std::string result_json(const std::string& method, const RegistrationResult& res
 }
 
 std::string result_text(const std::string& method, const RegistrationResult& result,
-                        const std::optional<PoseError>& error) {
+                        const std::optional<PoseError>& error,
+                        const std::optional<Eigen::Vector3d>& axis) {
   std::string text = fmt::format(
       "{}: {} after {} iterations, {} of {} source points, {:.3f} s\nT_target_source {}\n", method,
       value_text(result.status), result.iterations, result.used_points, result.source_points,
@@ -73,6 +103,11 @@ std::string result_text(const std::string& method, const RegistrationResult& res
   if (error)
     text += fmt::format("error against the truth: {:.4f} m, {:.5f} rad\n", error->translation,
                         error->rotation);
+  if (!result.directions.empty()) {
+    const Direction& weakest = result.directions.front();
+    text += fmt::format("held least: {}{:.2g} of the direction held best\n",
+                        axis ? direction_name(weakest, *axis) + ", " : "", weakest.hold);
+  }
   return text;
 }
 
@@ -85,8 +120,13 @@ CloudFile load(const std::string& path) {
 }
 
 int run(const State& state, const Common& common) {
-  const Method& method = find_method(state.method);
+  ExternalMethod external;
+  if (is_external_method(state.method)) external = external_method(state.method);
+  const Method& method =
+      is_external_method(state.method) ? external.method : find_method(state.method);
   Config config = set_entries(common);
+  for (const auto& [key, text] : external.settings)
+    config.insert(config.begin(), {key, text, state.method});
   // --seed names the random choices of a method that makes any.
   if (common.seed && find_field(method.fields, "sample-seed"))
     config.insert(config.begin(), {"sample-seed", std::to_string(*common.seed), "--seed"});
@@ -100,6 +140,8 @@ int run(const State& state, const Common& common) {
   const Pose T_guess = pose_argument(state.guess);
   std::optional<Pose> truth;
   if (!state.truth.empty()) truth = pose_argument(state.truth);
+  std::optional<Eigen::Vector3d> axis;
+  if (!state.axis.empty()) axis = axis_argument(state.axis);
   if (!state.out.empty()) find_cloud_format(state.out);
 
   const CloudFile target = load(state.target);
@@ -115,11 +157,11 @@ int run(const State& state, const Common& common) {
     write_cloud(state.out, aligned);
   }
   if (state.json == "-") {
-    fmt::print("{}", result_json(method.name, result, error));
+    fmt::print("{}", result_json(method.name, result, error, axis));
     return exit_done;
   }
-  if (!state.json.empty()) write_file(state.json, result_json(method.name, result, error));
-  fmt::print("{}", result_text(method.name, result, error));
+  if (!state.json.empty()) write_file(state.json, result_json(method.name, result, error, axis));
+  fmt::print("{}", result_text(method.name, result, error, axis));
   return exit_done;
 }
 
@@ -136,12 +178,14 @@ Command register_command() {
           "  minescan register data/scans/0000.ply data/scans/0001.ply --method icp\n"
           "  minescan register a.pcd b.pcd --guess 1.8,0.7,0,0,0,0.34,0.94 --json -\n"
           "  minescan register a.ply b.ply --guess guess.txt --truth truth.txt --out moved.ply\n"
+          "  minescan register a.ply b.ply --method my_icp.yaml\n"
           "  minescan register a.ply b.ply --set cell-size=2 --set sample-ratio=0.5\n"
           "Settings: minescan list methods\n",
       .arguments =
           {{"TARGET", "FILE", "the scan that stays:" + extensions, false, &state->target},
            {"SOURCE", "FILE", "the scan that is moved", false, &state->source},
-           {"--method", "NAME", "see minescan list methods; default ndt", false, &state->method},
+           {"--method", "NAME", "see minescan list methods, or a program's FILE.yaml; default ndt",
+            false, &state->method},
            {"--guess", "POSE",
             "start pose, source to target: a file with a 4 x 4 matrix, or tx,ty,tz,qx,qy,qz,qw; "
             "default the identity",
@@ -150,6 +194,9 @@ Command register_command() {
             &state->truth},
            {"--json", "FILE", "write the result as JSON; - for standard output", false,
             &state->json},
+           {"--axis", "X,Y,Z",
+            "direction of the tunnel in the target's frame: names what is held least", false,
+            &state->axis},
            {"--out", "FILE", "write the source moved into the target's frame", false, &state->out},
            {"--print-config", "", "write the method's resolved options instead", false,
             &state->print_config}},

@@ -11,7 +11,9 @@
 #include "cli/survey_data.h"
 #include "cli/sweep_run.h"
 #include "core/parallel.h"
+#include "core/table.h"
 #include "core/text.h"
+#include "eval/external_method.h"
 #include "registration/methods.h"
 
 namespace minescan {
@@ -61,7 +63,7 @@ void check_output(const std::filesystem::path& out) {
 // How many trials, and how long: one trial of each method and axis value is run to know.
 void print_plan(const StudyConfig& config, const SweepOptions& options, bool quiet) {
   const std::vector<ScanPair> pairs = pairs_of(config, quiet);
-  const std::vector<Trial> all = trials(config.study, pairs, methods(), config.seed);
+  const std::vector<Trial> all = trials(config.study, pairs, config.methods, config.seed);
   std::size_t count = 0;
   for (std::size_t i = static_cast<std::size_t>(options.shard) - 1; i < all.size();
        i += static_cast<std::size_t>(options.shards))
@@ -72,7 +74,7 @@ void print_plan(const StudyConfig& config, const SweepOptions& options, bool qui
     if (trial.start != 0) continue;
     const auto pair = std::find_if(pairs.begin(), pairs.end(),
                                    [&](const ScanPair& p) { return p.name == trial.pair; });
-    run_trial(trial, *pair);
+    run_trial(trial, *pair, find_row(config.methods, "method", trial.method));
     ++probes;
   }
   const double seconds =
@@ -85,6 +87,33 @@ void print_plan(const StudyConfig& config, const SweepOptions& options, bool qui
 
 }  // namespace
 
+namespace {
+
+/// Programs that the entries name as files become methods, and the entries name those.
+void take_programs(Config& config, StudyConfig& result) {
+  Config settings;
+  for (ConfigEntry& entry : config) {
+    if (entry.key != "methods") continue;
+    std::vector<std::string> names = split(entry.text, ',');
+    for (std::string& name : names) {
+      if (!is_external_method(name)) continue;
+      const ExternalMethod external = external_method(name);
+      const auto same = [&](const Method& m) { return m.name == external.method.name; };
+      if (std::any_of(result.methods.begin(), result.methods.end(), same))
+        throw std::invalid_argument(fmt::format("{}: {}: there is a method '{}' already",
+                                                entry.where, name, external.method.name));
+      result.methods.push_back(external.method);
+      for (const auto& [key, text] : external.settings)
+        settings.push_back({"settings." + external.method.name + "." + key, text, entry.where});
+      name = external.method.name;
+    }
+    entry.text = join(names, ",");
+  }
+  config.insert(config.end(), settings.begin(), settings.end());
+}
+
+}  // namespace
+
 StudyConfig load_study_config(const std::string& text, const Config& changes,
                               const std::optional<std::uint64_t>& seed) {
   Config config = gather_config(text, changes);
@@ -93,7 +122,9 @@ StudyConfig load_study_config(const std::string& text, const Config& changes,
   result.base = is_config_file(text) ? take(config, "study", "") : text;
   if (result.base.empty())
     throw std::invalid_argument(text + ": expected a key 'study' that names the one to start from");
-  result.study = with_config(find_study(result.base), config, methods());
+  result.methods = methods();
+  take_programs(config, result);
+  result.study = with_config(find_study(result.base), config, result.methods);
   return result;
 }
 
@@ -111,10 +142,10 @@ SweepCounts run_study(const StudyConfig& config, const std::vector<ScanPair>& pa
   options.run.machine = machine_text();
   options.run.threads = common.threads > 0 ? common.threads : available_threads();
 
-  const std::vector<Trial> all = trials(config.study, pairs, methods(), config.seed);
+  const std::vector<Trial> all = trials(config.study, pairs, config.methods, config.seed);
   ResultStore store = ResultStore::create_or_resume(out);
   Progress progress(config.study.name, remaining_trials(all, store, options).size(), common.quiet);
-  return run_sweep(all, pairs, methods(), store, options,
+  return run_sweep(all, pairs, config.methods, store, options,
                    [&](const SweepCounts& counts) { progress.update(counts.finished); });
 }
 
@@ -129,6 +160,7 @@ Command sweep_command() {
           "  minescan sweep fig17 --set settings.ndt.cell-size=2 --dry-run\n"
           "  minescan sweep fig16 --print-config > mine.yaml\n"
           "  minescan sweep mine.yaml --shard 1/4 --out part1.db\n"
+          "  minescan sweep gate --set methods=icp,my_icp.yaml --out compared.db\n"
           "Settings, beside axes.NAME, settings.[METHOD.]OPTION and survey-settings.KEY:\n" +
           fields_help(fields_of(Study{})),
       .arguments = {{"STUDY", "NAME|FILE.yaml", "see minescan list studies", true, &state->study},

@@ -18,6 +18,7 @@ struct StudyConfig {
   std::string base = {};  // the row of studies() that it started from
   Study study = {};
   std::uint64_t seed = 1;
+  std::vector<Method> methods = {};  // those that there are, and programs that the study names
 };
 
 /// `text` is a study's name or a YAML file with a key `study` (the row to start from).

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -52,16 +53,27 @@ PointCloud moved(const PointCloud& cloud, const Eigen::Vector3d& offset) {
   return local;
 }
 
+/// Of both clouds, which are checked.
+std::array<Bounds, 2> checked_clouds(const PointCloud& target, const PointCloud& source,
+                                     const Pose& T_guess) {
+  const std::array<Bounds, 2> bounds = {checked_bounds(target, "target"),
+                                        checked_bounds(source, "source")};
+  if (!T_guess.matrix().allFinite())
+    throw std::invalid_argument("the start pose has a number that is not finite");
+  return bounds;
+}
+
 }  // namespace
+
+void check_clouds(const PointCloud& target, const PointCloud& source, const Pose& T_guess) {
+  checked_clouds(target, source, T_guess);
+}
 
 RegistrationResult registered(
     const PointCloud& target, const PointCloud& source, const Pose& T_guess,
     const std::function<void(const PointCloud& target, const PointCloud& source,
                              RegistrationResult& result)>& work) {
-  const Bounds target_bounds = checked_bounds(target, "target"),
-               source_bounds = checked_bounds(source, "source");
-  if (!T_guess.matrix().allFinite())
-    throw std::invalid_argument("the start pose has a number that is not finite");
+  const auto [target_bounds, source_bounds] = checked_clouds(target, source, T_guess);
   const Stopwatch watch;
   RegistrationResult result{.T_target_source = T_guess,
                             .status = Status::max_iterations,

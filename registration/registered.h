@@ -27,6 +27,10 @@ void check_options(Options options) {
          }});
 }
 
+/// Throws std::invalid_argument that names the cloud (and the point) if one is empty, has more than
+/// 2^32 - 1 points or a coordinate that is not finite, or if the guess is not a finite pose.
+void check_clouds(const PointCloud& target, const PointCloud& source, const Pose& T_guess);
+
 /// Runs `work` on two clouds and returns what it made of the result, which it is given with the
 /// status max_iterations, the pose T_guess and the numbers of points.
 ///
@@ -37,9 +41,7 @@ void check_options(Options options) {
 ///
 /// A result no_overlap or degenerate gets the pose T_guess, to the last bit.
 ///
-/// throws  std::invalid_argument that names the cloud (and the point) if one is empty, has more
-///         than 2^32 - 1 points or a coordinate that is not finite, or if the guess is not a finite
-///         pose; std::runtime_error if `work` ends at a pose that is not finite
+/// throws  as check_clouds; std::runtime_error if `work` ends at a pose that is not finite
 RegistrationResult registered(
     const PointCloud& target, const PointCloud& source, const Pose& T_guess,
     const std::function<void(const PointCloud& target, const PointCloud& source,
