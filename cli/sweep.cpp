@@ -132,7 +132,25 @@ std::vector<ScanPair> pairs_of(const StudyConfig& config, bool quiet) {
   Config survey_changes;
   for (const auto& [key, text] : config.study.survey_settings)
     survey_changes.push_back({key, text, "survey-settings"});
-  return load_pairs(config.study.survey, survey_changes, config.seed, quiet);
+  std::vector<ScanPair> pairs;
+  for (std::string name : split(config.study.survey, ',')) {
+    name.erase(0, name.find_first_not_of(' '));
+    name.erase(name.find_last_not_of(' ') + 1);
+    // "NAME:12", but for a file that is called so.
+    std::optional<std::size_t> only;
+    const std::size_t colon = name.rfind(':');
+    if (colon != std::string::npos && !std::filesystem::exists(name)) {
+      only = static_cast<std::size_t>(read_number(name.substr(colon + 1), between(0, 1e6), true));
+      name.erase(colon);
+    }
+    std::vector<ScanPair> found = load_pairs(name, survey_changes, config.seed, quiet);
+    if (only && *only >= found.size())
+      throw std::invalid_argument(fmt::format("survey '{}:{}': it has {} pairs, the first is 0",
+                                              name, *only, found.size()));
+    for (std::size_t k = 0; k < found.size(); ++k)
+      if (!only || k == *only) pairs.push_back(std::move(found[k]));
+  }
+  return pairs;
 }
 
 SweepCounts run_study(const StudyConfig& config, const std::vector<ScanPair>& pairs,

@@ -19,6 +19,10 @@ const std::string rotation_axis = "initial-rotation";
 std::vector<const Method*> methods_of(const Study& study, const std::vector<Method>& methods) {
   std::vector<const Method*> found;
   std::set<std::string> seen;
+  if (study.methods == std::vector<std::string>{"all"}) {
+    for (const Method& method : methods) found.push_back(&method);
+    return found;
+  }
   for (const std::string& name : study.methods) {
     const Method& method = find_row(methods, "method", name);
     if (!seen.insert(name).second)
@@ -150,6 +154,20 @@ const std::vector<Study>& studies() {
       {.name = "gate",
        .description = "a small study for continuous integration: the baseline on JUNCTION",
        .trials = 30},
+      // Pair 12 of the loop is one on its straight part.
+      {.name = "methods",
+       .description = "every method on the baseline of JUNCTION, TUNNEL and a pair of the loop",
+       .survey = "junction, tunnel, kvarntorp-loop:12",
+       .methods = {"all"},
+       .trials = 30},
+      {.name = "robust-parts",
+       .description = "what the parts of method robust are good for, on JUNCTION and TUNNEL",
+       .survey = "junction, tunnel",
+       .methods = {"robust"},
+       .axes = {{"bodies", {1, 0}}, {"turns", {1, 0}}, {"slides", {6, 0}}},
+       .trials = 50,
+       .initial_translation = 2,
+       .initial_rotation = 0.3},
   };
   return table;
 }

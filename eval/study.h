@@ -24,9 +24,11 @@ struct Axis {
 struct Study {
   std::string name = {};
   std::string description = {};
-  std::string survey = "junction";  // a survey's name, its YAML file, or a survey's folder
-  Settings survey_settings = {};    // "scene.length" = "30"; whoever makes the scans knows them
-  std::vector<std::string> methods = {"icp", "ndt"};
+  // A survey's name, its YAML file or its folder, or several with commas between; "NAME:12" is its
+  // pair 12 alone.
+  std::string survey = "junction";
+  Settings survey_settings = {};  // "scene.length" = "30"; whoever makes the scans knows them
+  std::vector<std::string> methods = {"icp", "ndt"};  // or "all" alone
   Settings settings = {};  // "cell-size": of all methods that have it; "ndt.cell-size": of ndt
   std::vector<Axis> axes = {};
   int trials = 100;                  // start poses of every point
@@ -38,8 +40,11 @@ template <class Visitor>
 void fields(Study& s, Visitor&& field) {
   field("name", s.name, "what the rows are labelled with");
   field("description", s.description, "what it is about");
-  field("survey", s.survey, "which scans: the name of a survey, its YAML file, or its folder");
-  field("methods", s.methods, "which methods are compared");
+  field(
+      "survey", s.survey,
+      "which scans: names of surveys, their YAML files or folders, with commas between; NAME:12 is "
+      "pair 12 alone");
+  field("methods", s.methods, "which methods are compared, or all");
   field("trials", s.trials, between(1, 1e6), "", "start poses of every point");
   field("initial-translation", s.initial_translation, not_negative, "m",
         "error of the start position");
