@@ -90,6 +90,7 @@ Kinematics::Kinematics(const Scanner& scanner)
   if (s.pattern != Pattern::mirror) return;
   const PlaneAxes axes = plane_axes(s.motion);
   const Matrix3d mount = rotation(s.mount);
+  has_lever_ = s.lever != Vector3d::Zero();
   const double plane_time = turn_time_ * s.interlace;
   rings_.reserve(static_cast<std::size_t>(s.plane_beams));
   for (int r = 0; r < s.plane_beams; ++r) {
@@ -116,11 +117,6 @@ Kinematics::Kinematics(const Scanner& scanner)
   }
 }
 
-double Kinematics::time(int ring, int column) const {
-  const int k = scanner_.interlace;
-  return (static_cast<double>(column) * k + ring % k) * turn_time_ + ring * scanner_.beam_time;
-}
-
 double Kinematics::duration() const {
   return static_cast<double>(scanner_.planes) * scanner_.interlace * turn_time_;
 }
@@ -139,13 +135,11 @@ Kinematics::Plane Kinematics::plane(int column, double jitter) const {
   return plane;
 }
 
-Beam Kinematics::nominal(const Plane& plane, int ring) const {
+Beam Kinematics::without_mirror(const Plane& plane, int ring) const {
   const Scanner& s = scanner_;
   switch (s.pattern) {
-    case Pattern::mirror: {
-      const Ring& r = rings_[static_cast<std::size_t>(ring)];
-      return {plane.nominal * r.origin, plane.nominal * r.nominal, plane.nominal * r.turned};
-    }
+    case Pattern::mirror:
+      break;
     case Pattern::pinhole: {
       // Equal steps on a plane in front of the camera.
       const double y =
@@ -159,18 +153,6 @@ Beam Kinematics::nominal(const Plane& plane, int ring) const {
     }
   }
   return {};
-}
-
-Beam Kinematics::actual(const Plane& plane, int ring, double jitter) const {
-  if (scanner_.pattern != Pattern::mirror) return nominal(plane, ring);
-  const Ring& r = rings_[static_cast<std::size_t>(ring)];
-  Vector3d direction = r.fixed + r.beam;
-  if (scanner_.encoder_jitter > 0) {
-    // The sine of the angle: for all jitters that make sense, the angle.
-    const double sine = scanner_.encoder_jitter * jitter;
-    direction = r.fixed + std::sqrt(1 - sine * sine) * r.beam + sine * r.turned;
-  }
-  return {plane.actual * r.origin, plane.actual * direction, plane.actual * r.turned};
 }
 
 }  // namespace minescan

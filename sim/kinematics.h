@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include "sim/scanner.h"
@@ -30,7 +32,10 @@ class Kinematics {
   explicit Kinematics(const Scanner& scanner);
 
   /// Seconds from the start of the scan to beam `ring` of plane `column`.
-  double time(int ring, int column) const;
+  double time(int ring, int column) const {
+    const int k = scanner_.interlace;
+    return (static_cast<double>(column) * k + ring % k) * turn_time_ + ring * scanner_.beam_time;
+  }
 
   /// Seconds from the start of the scan to the end of its last sweep.
   double duration() const;
@@ -44,10 +49,28 @@ class Kinematics {
   /// `jitter`: a standard normal number.
   Plane plane(int column, double jitter) const;
 
+  /// Whether beams leave from elsewhere than the origin of the scanner frame.
+  bool has_lever() const { return has_lever_; }
+
+  // The next two are called for every beam: here, so that what a caller does not use costs nothing.
   /// Where the instrument believes that beam `ring` of a plane goes.
-  Beam nominal(const Plane& plane, int ring) const;
+  Beam nominal(const Plane& plane, int ring) const {
+    if (scanner_.pattern != Pattern::mirror) return without_mirror(plane, ring);
+    const Ring& r = rings_[static_cast<std::size_t>(ring)];
+    return {origin(plane.nominal, r), plane.nominal * r.nominal, plane.nominal * r.turned};
+  }
   /// Where it goes; `jitter` is a standard normal number, the encoder's.
-  Beam actual(const Plane& plane, int ring, double jitter) const;
+  Beam actual(const Plane& plane, int ring, double jitter) const {
+    if (scanner_.pattern != Pattern::mirror) return without_mirror(plane, ring);
+    const Ring& r = rings_[static_cast<std::size_t>(ring)];
+    Eigen::Vector3d direction = r.fixed + r.beam;
+    if (scanner_.encoder_jitter > 0) {
+      // The sine of the angle: for all jitters that make sense, the angle.
+      const double sine = scanner_.encoder_jitter * jitter;
+      direction = r.fixed + std::sqrt(1 - sine * sine) * r.beam + sine * r.turned;
+    }
+    return {origin(plane.actual, r), plane.actual * direction, plane.actual * r.turned};
+  }
 
  private:
   // A beam of a mirror before the head turns it: `beam` as it is but for jitter, `turned` the same
@@ -61,8 +84,15 @@ class Kinematics {
     Eigen::Vector3d fixed = Eigen::Vector3d::Zero();
   };
 
+  Eigen::Vector3d origin(const Eigen::Matrix3d& head, const Ring& ring) const {
+    if (!has_lever_) return Eigen::Vector3d::Zero();
+    return head * ring.origin;
+  }
+  Beam without_mirror(const Plane& plane, int ring) const;
+
   Scanner scanner_;
   double turn_time_ = 0;
+  bool has_lever_ = false;
   std::vector<Ring> rings_ = {};  // of a mirror
 };
 

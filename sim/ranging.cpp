@@ -20,6 +20,12 @@ double nearest_integer(double x) {
   return (x + shift) - shift;
 }
 
+// std::floor, which takes a call on processors of old, for the same numbers.
+double floor_of(double x) {
+  const double nearest = nearest_integer(x);
+  return nearest > x ? nearest - 1 : nearest;
+}
+
 double rounded_to(double value, double step) { return step * nearest_integer(value / step); }
 
 // Facets in the order of their ranges.
@@ -171,13 +177,15 @@ void Ranging::measure_phase(const Light& light, std::span<Echoes> echoes) const 
   }
 
   const double wrap = tones_.back().interval;
-  const auto within = [&](double range) { return range - wrap * std::floor(range / wrap); };
+  const auto within = [&](double range) { return range - wrap * floor_of(range / wrap); };
   for (std::size_t i = 0; i < light.beams; ++i) {
     echoes[i].count = 0;
     // False for NaN, which a surface seen exactly edge-on would give.
     if (light.of(i).empty() || !(length[i] >= static_cast<float>(s.min_amplitude))) continue;
     const double axis = light.facets[strongest[i]].range;
-    Echo echo{.amplitude = length[i]};
+    // In place: what is put together byte by byte takes long to copy.
+    Echo& echo = echoes[i].echo[0];
+    echo = {.amplitude = length[i]};
     if (axis >= wrap) echo.flags |= flag_wrapped;
     if (saturated[i]) echo.flags |= flag_saturated;
     if (are_mixed(light.of(i))) echo.flags |= flag_mixed_pixel;
@@ -193,7 +201,6 @@ void Ranging::measure_phase(const Light& light, std::span<Echoes> echoes) const 
     if (s.quantisation > 0) range = rounded_to(range, s.quantisation);
     echo.range = within(range);
     if (!(echo.range >= s.min_range && echo.range <= s.max_range)) continue;
-    echoes[i].echo[0] = echo;
     echoes[i].count = 1;
   }
 }

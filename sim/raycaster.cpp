@@ -135,28 +135,42 @@ RTCRayHit single_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direc
   return r;
 }
 
-// Hits in double precision, given what Embree found: the triangle of each, none of them
-// no_triangle, and its range.
+// Rays for Embree and for meet_planes; lanes without a ray repeat the last one, so that they hold
+// numbers.
+void lay_out(std::span<const Ray> rays, TriangleHits& planes) {
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Ray& ray = rays[std::min(i, rays.size() - 1)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      planes.origin[k][i] = ray.origin[static_cast<Eigen::Index>(k)];
+      planes.direction[k][i] = ray.direction[static_cast<Eigen::Index>(k)];
+    }
+  }
+}
+
+// Hits in double precision of the first rays of `planes`, given what Embree found: the triangle of
+// each, none of them no_triangle, and its range.
 template <std::size_t count>
-void refine(const TriangleMesh& mesh, std::span<const Ray> rays,
+void refine(const TriangleMesh& mesh, TriangleHits& planes,
             const std::array<std::uint32_t, count>& triangles,
             const std::array<float, count>& float_range, std::span<Hit> hits) {
-  TriangleHits planes;
+  // Triangles and corners lie all over the memory. Step by step all rays wait for it at once.
+  std::array<const Eigen::Vector3f*, 3 * count> corners;
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[3 * i + k] = &mesh.vertices[mesh.triangles[triangles[i]][k]];
+      __builtin_prefetch(corners[3 * i + k]);
+    }
   for (std::size_t i = 0; i < lanes; ++i) {
-    // Lanes without a ray repeat the last one, so that they hold numbers.
-    const std::size_t ray = std::min(i, rays.size() - 1);
-    const std::array<std::uint32_t, 3>& corners = mesh.triangles[triangles[ray]];
+    const Eigen::Vector3f* const* corner = &corners[3 * std::min(i, hits.size() - 1)];
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
-      planes.a[k][i] = mesh.vertices[corners[0]][axis];
-      planes.b[k][i] = mesh.vertices[corners[1]][axis];
-      planes.c[k][i] = mesh.vertices[corners[2]][axis];
-      planes.origin[k][i] = rays[ray].origin[axis];
-      planes.direction[k][i] = rays[ray].direction[axis];
+      planes.a[k][i] = (*corner[0])[axis];
+      planes.b[k][i] = (*corner[1])[axis];
+      planes.c[k][i] = (*corner[2])[axis];
     }
   }
   meet_planes(planes);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
+  for (std::size_t i = 0; i < hits.size(); ++i) {
     double range = planes.range[i];
     // Along a triangle seen edge-on the plane says nothing of where on it the ray arrived; Embree's
     // range does. Elsewhere the two differ by less than 1e-4 m.
@@ -170,8 +184,10 @@ void refine(const TriangleMesh& mesh, std::span<const Ray> rays,
 }
 
 Hit refined(const TriangleMesh& mesh, const Ray& ray, std::uint32_t triangle, float range) {
+  TriangleHits planes;
+  lay_out({&ray, 1}, planes);
   Hit hit;
-  refine<1>(mesh, {&ray, 1}, {triangle}, {range}, {&hit, 1});
+  refine<1>(mesh, planes, {triangle}, {range}, {&hit, 1});
   return hit;
 }
 
@@ -232,20 +248,18 @@ struct RayCaster::Impl {
                                          error.empty() ? "no device" : error));
   }
 
-  // Casts up to `packet` rays; `found` has a geometry where one met something.
-  void intersect(std::span<const Ray> rays, double max_range, RTCRayHit16& found) const {
-    const std::size_t count = rays.size();
+  // Casts `count` of the rays; `found` has a geometry where one met something.
+  void intersect(const TriangleHits& rays, std::size_t count, double max_range,
+                 RTCRayHit16& found) const {
     alignas(64) std::array<int, packet> valid;
     for (std::size_t i = 0; i < packet; ++i) {
-      // Lanes without a ray repeat the last one, so that they hold numbers.
-      const Ray& ray = rays[std::min(i, count - 1)];
       valid[i] = i < count ? -1 : 0;
-      found.ray.org_x[i] = static_cast<float>(ray.origin.x());
-      found.ray.org_y[i] = static_cast<float>(ray.origin.y());
-      found.ray.org_z[i] = static_cast<float>(ray.origin.z());
-      found.ray.dir_x[i] = static_cast<float>(ray.direction.x());
-      found.ray.dir_y[i] = static_cast<float>(ray.direction.y());
-      found.ray.dir_z[i] = static_cast<float>(ray.direction.z());
+      found.ray.org_x[i] = static_cast<float>(rays.origin[0][i]);
+      found.ray.org_y[i] = static_cast<float>(rays.origin[1][i]);
+      found.ray.org_z[i] = static_cast<float>(rays.origin[2][i]);
+      found.ray.dir_x[i] = static_cast<float>(rays.direction[0][i]);
+      found.ray.dir_y[i] = static_cast<float>(rays.direction[1][i]);
+      found.ray.dir_z[i] = static_cast<float>(rays.direction[2][i]);
       found.ray.tnear[i] = 0;
       found.ray.tfar[i] = static_cast<float>(max_range);
       found.ray.time[i] = 0;
@@ -304,8 +318,10 @@ Hit RayCaster::hit_of(const Ray& ray, const Glance& glance) const {
 void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
                             std::span<Hit> hits) const {
   assert(rays.size() <= packet && hits.size() >= rays.size());
+  TriangleHits planes;
+  lay_out(rays, planes);
   RTCRayHit16 found;
-  impl_->intersect(rays, max_range, found);
+  impl_->intersect(planes, rays.size(), max_range, found);
   std::array<std::uint32_t, packet> triangles = {};
   std::array<float, packet> ranges = {};
   bool all = true;
@@ -314,8 +330,10 @@ void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
     all &= met;
     triangles[i] = met ? found.hit.primID[i] : 0;
     ranges[i] = found.ray.tfar[i];
+    __builtin_prefetch(&impl_->mesh.triangles[triangles[i]]);
+    __builtin_prefetch(&impl_->mesh.material[triangles[i]]);  // which who casts asks for next
   }
-  refine(impl_->mesh, rays, triangles, ranges, hits);
+  refine(impl_->mesh, planes, triangles, ranges, hits.first(rays.size()));
   if (all) return;
   // Coherent packets lose axis-parallel rays now and then.
   for (std::size_t i = 0; i < rays.size(); ++i)
@@ -326,8 +344,10 @@ void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
 void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
                               std::span<Glance> glances) const {
   assert(rays.size() <= packet && glances.size() >= rays.size());
+  TriangleHits planes;
+  lay_out(rays, planes);
   RTCRayHit16 found;
-  impl_->intersect(rays, max_range, found);
+  impl_->intersect(planes, rays.size(), max_range, found);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
       const Hit hit = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "core/parallel.h"
@@ -39,23 +39,20 @@ TileShape tile_shape(const Scanner& s) {
   return s.pattern == Pattern::risley ? TileShape{16, 1} : TileShape{4, 4};
 }
 
-// Calls visit(array of a, the same array of b) for every per-point array of two scans.
+// Calls visit(array) for every per-point array of a scan, from several threads.
 template <class Visit>
-void for_each_array(Scan& a, Scan& b, const Visit& visit) {
-  visit(a.cloud.points, b.cloud.points);
-  visit(a.intensity, b.intensity);
-  visit(a.time, b.time);
-  visit(a.ring, b.ring);
-  visit(a.column, b.column);
-  visit(a.range, b.range);
-  visit(a.true_range, b.true_range);
-  visit(a.true_point, b.true_point);
-  visit(a.incidence, b.incidence);
-  visit(a.true_normal, b.true_normal);
-  visit(a.triangle, b.triangle);
-  visit(a.material, b.material);
-  visit(a.flags, b.flags);
-  visit(a.echo, b.echo);
+void for_each_array(Scan& scan, const Visit& visit) {
+  const auto arrays =
+      std::tie(scan.cloud.points, scan.intensity, scan.time, scan.ring, scan.column, scan.range,
+               scan.true_range, scan.true_point, scan.incidence, scan.true_normal, scan.triangle,
+               scan.material, scan.flags, scan.echo);
+  parallel_for(std::tuple_size_v<decltype(arrays)>, 1, [&](std::size_t wanted, std::size_t) {
+    std::size_t number = 0;
+    const auto visit_wanted = [&](auto& array) {
+      if (number++ == wanted) visit(array);
+    };
+    std::apply([&](auto&... array) { (visit_wanted(array), ...); }, arrays);
+  });
 }
 
 // What carries the scanner: a place, or a path.
@@ -67,21 +64,15 @@ struct Carrier {
   Pose at(double time) const { return path ? path->at(start + time) : T_world_start; }
 };
 
-// The points of some columns: those of column c lie from place c * plane_beams * returns on.
-struct Strip {
-  Scan points = {};                              // its arrays only
-  std::array<std::size_t, tile_size> kept = {};  // of each column
-  std::size_t columns = 0;
-};
-
 // One beam.
 struct Shot {
   int ring = 0;
-  std::size_t column = 0;    // within the strip
-  std::uint64_t number = 0;  // in the scan
-  double time = 0;           // seconds
-  Beam beam = {};            // as it goes, in the frame of the scan
-  double shift = 0;          // metres, by fine relief
+  std::size_t column = 0;                 // within the tile
+  std::uint64_t number = 0;               // in the scan
+  double time = 0;                        // seconds
+  Vector3d origin = Vector3d::Zero();     // of the beam as it goes, in the frame of the scan
+  Vector3d direction = Vector3d::Zero();  // unit
+  double shift = 0;                       // metres, by fine relief
 };
 
 // The sub-rays of a beam, as far as they were cast.
@@ -103,8 +94,9 @@ struct Footprint {
 struct Beams {
   std::size_t count = 0;
   std::array<Shot, tile_size> shots;
-  std::array<Ray, tile_size> axes;  // world frame
-  std::array<Hit, tile_size> hits;  // of the axes
+  std::array<Ray, tile_size> axes;        // world frame
+  std::array<Vector3d, tile_size> along;  // world frame, Beam::along; of footprints only
+  std::array<Hit, tile_size> hits;        // of the axes
   std::array<Footprint, tile_size> footprints;
   Light light;
   std::array<std::uint8_t, tile_size * max_facets> sub_ray_of;  // each facet
@@ -124,11 +116,12 @@ struct Sweep {
   std::vector<FineRelief> reliefs;  // of each material; empty if none has any
   bool noisy;
 
-  // How the head stands in the columns of a strip.
+  // How the head stands in the columns of a tile.
   using Planes = std::array<Kinematics::Plane, tile_size>;
 
-  // Scans columns [first, first + count) into a strip that has room for them.
-  void scan_strip(int first, int count, Strip& strip) const;
+  // Scans neighbouring columns, a tile wide or less, from `first` on. place[c]: of the first point
+  // of column first + c; afterwards behind its last one.
+  void scan_columns(std::size_t first, std::span<std::size_t> place, Scan& out) const;
 
   // The stages. `shots` tell ring, column and number.
   void aim(const Planes& planes, Beams& beams) const;
@@ -136,7 +129,7 @@ struct Sweep {
   void receive(Beams& beams) const;
   // place[c]: of the next point of column c.
   void record(const Planes& planes, const Beams& beams, Scan& out,
-              std::array<std::size_t, tile_size>& place) const;
+              std::span<std::size_t> place) const;
 
   // By how much fine relief moves a triangle that a sub-ray of beam i met, metres.
   double shift_of(const Beams& beams, std::size_t i, std::uint32_t triangle) const;
@@ -172,21 +165,26 @@ void Sweep::aim(const Planes& planes, Beams& beams) const {
     for (std::size_t block = 0; block < ranging.blocks(); ++block)
       four_normals(seed, streams, block, beams.light.normals[block]);
   }
+  const Matrix3d R_world_start = carrier.T_world_start.linear();
+  const Vector3d start = carrier.T_world_start.translation();
+  const bool one_origin = !carrier.path && !kinematics.has_lever();
   for (std::size_t i = 0; i < beams.count; ++i) {
     Shot& shot = beams.shots[i];
     const Kinematics::Plane& plane = planes[shot.column];
     shot.time = kinematics.time(shot.ring, plane.column);
-    shot.beam =
+    Beam beam =
         kinematics.actual(plane, shot.ring, static_cast<double>(beams.light.normals[0][3][i]));
     if (carrier.path) {
       const Pose T_start_scanner =
           carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(shot.time);
-      shot.beam = {T_start_scanner * shot.beam.origin,
-                   T_start_scanner.linear() * shot.beam.direction,
-                   T_start_scanner.linear() * shot.beam.along};
+      beam = {T_start_scanner * beam.origin, T_start_scanner.linear() * beam.direction,
+              T_start_scanner.linear() * beam.along};
     }
-    beams.axes[i] = {carrier.T_world_start * shot.beam.origin,
-                     carrier.T_world_start.linear() * shot.beam.direction};
+    shot.origin = beam.origin;
+    shot.direction = beam.direction;
+    beams.axes[i].origin = one_origin ? start : carrier.T_world_start * beam.origin;
+    beams.axes[i].direction = R_world_start * beam.direction;
+    if (scanner.sub_rays > 1) beams.along[i] = R_world_start * beam.along;
   }
 }
 
@@ -203,14 +201,11 @@ void Sweep::cast(Beams& beams) const {
 
 void Sweep::cast_footprints(Beams& beams) const {
   const std::size_t count = beams.count;
-  std::array<Vector3d, tile_size> along;
-  for (std::size_t i = 0; i < count; ++i)
-    along[i] = carrier.T_world_start.linear() * beams.shots[i].beam.along;
   std::array<Ray, tile_size> rays;
   std::array<Glance, tile_size> glances;
   // The same sub-ray of all beams of the tile: these are neighbours.
   for (std::size_t k = 1; k < few_sub_rays; ++k) {
-    for (std::size_t i = 0; i < count; ++i) rays[i] = sub_ray(beams.axes[i], along[i], k);
+    for (std::size_t i = 0; i < count; ++i) rays[i] = sub_ray(beams.axes[i], beams.along[i], k);
     caster.glance_packet({rays.data(), count}, scanner.max_range, glances);
     for (std::size_t i = 0; i < count; ++i) {
       beams.footprints[i].rays[k] = rays[i];
@@ -245,7 +240,7 @@ void Sweep::cast_footprints(Beams& beams) const {
     look_at(1, few_sub_rays);
     if (scanner.sub_rays <= static_cast<int>(few_sub_rays) || !edge) continue;
     for (std::size_t k = few_sub_rays; k < all_sub_rays; ++k)
-      f.rays[k] = sub_ray(axis, along[i], k);
+      f.rays[k] = sub_ray(axis, beams.along[i], k);
     constexpr std::size_t rest = all_sub_rays - few_sub_rays;
     static_assert(rest <= RayCaster::packet_size);
     caster.glance_packet({f.rays.data() + few_sub_rays, rest}, scanner.max_range,
@@ -294,8 +289,9 @@ double Sweep::shift_of(const Beams& beams, std::size_t i, std::uint32_t triangle
 }
 
 void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
-                   std::array<std::size_t, tile_size>& place) const {
+                   std::span<std::size_t> place) const {
   const Matrix3d R_start_world = carrier.T_world_start.linear().transpose();
+  const std::vector<std::uint8_t>& material_of = caster.mesh().material;
   Lanes cosines = {}, incidences;
   for (std::size_t i = 0; i < beams.count; ++i)
     cosines[i] = static_cast<float>(beams.hits[i].cosine);
@@ -310,16 +306,18 @@ void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
     for (std::size_t e = 0; e < echoes.count; ++e) {
       const Echo& echo = echoes.echo[e];
       const std::size_t k = beams.sub_ray_of[beams.light.first[i] + echo.facet];
-      Hit hit = beams.hits[i];
-      Vector3d true_point = shot.beam.origin + hit.range * shot.beam.direction;
+      const Hit* hit = &beams.hits[i];
+      Hit beside;
+      Vector3d true_point = shot.origin + hit->range * shot.direction;
       float incidence = incidences[i];
       if (k > 0) {
         const Ray& ray = footprint.rays[k];
-        hit = caster.hit_of(ray, footprint.glances[k]);
-        hit.range += shift_of(beams, i, hit.triangle);
-        true_point = R_start_world *
-                     (ray.origin + hit.range * ray.direction - carrier.T_world_start.translation());
-        incidence = std::acos(static_cast<float>(hit.cosine));
+        beside = caster.hit_of(ray, footprint.glances[k]);
+        beside.range += shift_of(beams, i, beside.triangle);
+        hit = &beside;
+        true_point = R_start_world * (ray.origin + beside.range * ray.direction -
+                                      carrier.T_world_start.translation());
+        incidence = std::acos(static_cast<float>(beside.cosine));
       }
       const std::size_t to = place[shot.column]++;
       // In single precision, as files hold them, so that writing and reading changes nothing: at
@@ -331,35 +329,32 @@ void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
       out.ring[to] = static_cast<std::uint32_t>(shot.ring);
       out.column[to] = static_cast<std::uint32_t>(planes[shot.column].column);
       out.range[to] = echo.range;
-      out.true_range[to] = hit.range;
+      out.true_range[to] = hit->range;
       out.true_point[to] = true_point.cast<float>();
       out.incidence[to] = incidence;
-      out.true_normal[to] = (R_start_world * hit.normal).cast<float>();
-      out.triangle[to] = hit.triangle;
-      out.material[to] = caster.mesh().material[hit.triangle];
-      out.flags[to] = echo.flags;
+      out.true_normal[to] = (R_start_world * hit->normal).cast<float>();
+      out.triangle[to] = hit->triangle;
+      out.material[to] = material_of[hit->triangle];
       // A surface seen at grazing incidence spreads along the beam, but it is one.
-      if (footprint.off_plane <= surface_gap / 2)
-        out.flags[to] &= static_cast<std::uint8_t>(~flag_mixed_pixel);
+      const bool one_surface = footprint.off_plane <= surface_gap / 2;
+      out.flags[to] =
+          echo.flags & static_cast<std::uint8_t>(one_surface ? ~flag_mixed_pixel : ~flag_none);
       out.echo[to] = static_cast<std::uint8_t>(e + 1);
     }
   }
 }
 
-void Sweep::scan_strip(int first, int count, Strip& strip) const {
+void Sweep::scan_columns(std::size_t first, std::span<std::size_t> place, Scan& out) const {
   const TileShape tile = tile_shape(scanner);
   const auto plane_beams = static_cast<std::size_t>(scanner.plane_beams);
-  const std::size_t column_size = plane_beams * static_cast<std::size_t>(scanner.returns);
-  const auto columns = static_cast<std::size_t>(count);
+  const std::size_t columns = place.size();
 
   Planes planes;
-  std::array<std::size_t, tile_size> place;
   for (std::size_t c = 0; c < columns; ++c) {
-    const std::size_t column = static_cast<std::size_t>(first) + c;
+    const std::size_t column = first + c;
     const double jitter =
         scanner.motion_jitter > 0 ? Random(derived_seed(seed, "head"), column).normal() : 0;
     planes[c] = kinematics.plane(static_cast<int>(column), jitter);
-    place[c] = c * column_size;
   }
 
   Beams beams;
@@ -371,16 +366,13 @@ void Sweep::scan_strip(int first, int count, Strip& strip) const {
         Shot& shot = beams.shots[beams.count++];
         shot.ring = r;
         shot.column = c;
-        shot.number =
-            (static_cast<std::size_t>(first) + c) * plane_beams + static_cast<std::size_t>(r);
+        shot.number = (first + c) * plane_beams + static_cast<std::size_t>(r);
       }
     aim(planes, beams);
     cast(beams);
     receive(beams);
-    record(planes, beams, strip.points, place);
+    record(planes, beams, out, place);
   }
-  for (std::size_t c = 0; c < columns; ++c) strip.kept[c] = place[c] - c * column_size;
-  strip.columns = columns;
 }
 
 void check_pose(const Pose& T_world_scanner) {
@@ -389,24 +381,6 @@ void check_pose(const Pose& T_world_scanner) {
   // Poses are read from text of four digits and more, and normalised; this only finds scalings.
   if (!T_world_scanner.linear().isUnitary(1e-6))
     throw std::invalid_argument("T_world_scanner: expected a rotation and a translation");
-}
-
-// Appends the points of strips.
-void append(Scan& result, std::span<Strip> strips, std::size_t column_size) {
-  std::size_t arrays = 0;
-  for_each_array(result, result, [&](const auto&, const auto&) { ++arrays; });
-  parallel_for(arrays, 1, [&](std::size_t wanted, std::size_t) {
-    for (Strip& strip : strips) {
-      std::size_t number = 0;
-      for_each_array(result, strip.points, [&](auto& all, const auto& part) {
-        if (number++ != wanted) return;
-        for (std::size_t c = 0; c < strip.columns; ++c) {
-          const auto from = part.begin() + static_cast<std::ptrdiff_t>(c * column_size);
-          all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(strip.kept[c]));
-        }
-      });
-    }
-  });
 }
 
 Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& carrier,
@@ -446,22 +420,31 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
   if (!scanner.fine_relief || std::none_of(sweep.reliefs.begin(), sweep.reliefs.end(), has_relief))
     sweep.reliefs.clear();
 
-  // A few strips at a time: their points stay in the processor's cache until they are appended,
-  // and the result is written once.
-  const auto columns = static_cast<std::size_t>(tile_shape(scanner).columns);
-  std::array<Strip, 16> strips;
-  for (Strip& strip : strips)
-    for_each_array(strip.points, result, [&](auto& array, auto& all) {
-      array.resize(std::min(columns, planes) * column_size);
-      all.reserve(planes * column_size);
+  for_each_array(result, [&](auto& array) { array.reserve(planes * column_size); });
+  // Some columns at a time, while the memory that they are written to is in the processor's cache.
+  // Each has room for all that its beams may return, so that any thread may write it; afterwards
+  // they close up.
+  const auto tile_columns = static_cast<std::size_t>(tile_shape(scanner).columns);
+  const std::size_t batch = 2 * static_cast<std::size_t>(available_threads()) * tile_columns;
+  std::vector<std::size_t> place(batch);
+  for (std::size_t begin = 0; begin < planes; begin += batch) {
+    const std::size_t columns = std::min(batch, planes - begin);
+    const std::size_t before = result.range.size();
+    const auto column_begin = [&](std::size_t c) { return before + c * column_size; };
+    for_each_array(result, [&](auto& array) { array.resize(column_begin(columns)); });
+    for (std::size_t c = 0; c < columns; ++c) place[c] = column_begin(c);
+    parallel_for(columns, tile_columns, [&](std::size_t first, std::size_t last) {
+      sweep.scan_columns(begin + first, {&place[first], last - first}, result);
     });
-  for (std::size_t first = 0; first < planes; first += strips.size() * columns) {
-    const std::size_t here = std::min(strips.size() * columns, planes - first);
-    parallel_for(here, columns, [&](std::size_t begin, std::size_t end) {
-      sweep.scan_strip(static_cast<int>(first + begin), static_cast<int>(end - begin),
-                       strips[begin / columns]);
+    for_each_array(result, [&](auto& array) {
+      std::size_t to = before;
+      for (std::size_t c = 0; c < columns; ++c) {
+        const std::size_t count = place[c] - column_begin(c);
+        if (to != column_begin(c)) std::copy_n(&array[column_begin(c)], count, &array[to]);
+        to += count;
+      }
+      array.erase(array.begin() + static_cast<std::ptrdiff_t>(to), array.end());
     });
-    append(result, {strips.data(), (here + columns - 1) / columns}, column_size);
   }
   return result;
 }
