@@ -24,6 +24,23 @@ struct Method {
       run = {};
 };
 
+/// The row of a function with options, which has a function `fields` beside it (core/fields.h) and
+/// starts from `defaults`: how the rows of methods() are made, and those of anyone else
+/// (docs/own_method.md).
+template <class Options>
+Method method_row(const std::string& name, const std::string& description,
+                  RegistrationResult (*function)(const PointCloud&, const PointCloud&, const Pose&,
+                                                 const Options&),
+                  const Options& defaults = {}) {
+  return {.name = name,
+          .description = description,
+          .fields = fields_of(defaults),
+          .run = [=](const PointCloud& target, const PointCloud& source, const Pose& T_guess,
+                     const Settings& settings) {
+            return function(target, source, T_guess, with_settings(defaults, settings));
+          }};
+}
+
 /// All methods known by name.
 const std::vector<Method>& methods();
 

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 
 #include "registration/registered.h"
@@ -357,9 +358,14 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
     search.setSimilarityThreshold(static_cast<float>(options.similarity));
     search.setMaxCorrespondenceDistance(options.inlier_distance);
     search.setInlierFraction(static_cast<float>(options.inlier_part));
-    std::srand(1);
     NormalCloud aligned;
-    search.align(aligned);
+    {
+      // One at a time: the generator is the whole program's.
+      static std::mutex generator;
+      const std::lock_guard<std::mutex> lock(generator);
+      std::srand(1);
+      search.align(aligned);
+    }
     result.iterations = options.max_iterations;
     if (search.hasConverged() && search.getFinalTransformation().allFinite()) {
       result.T_target_source = pose_of(search.getFinalTransformation());

@@ -126,7 +126,7 @@ RegistrationResult register_pcl_gicp(const PointCloud& target, const PointCloud&
 /// 2013). T_guess has no part in it, but is what is returned with the status no_overlap, where no
 /// pose has support enough. Otherwise the status is converged and the score minus the part of the
 /// points that supports it: good for a start, not for a measurement. PCL draws triangles from the C
-/// library's generator, which is set to the same state each time.
+/// library's generator, which is set to the same state each time; one search runs at a time.
 RegistrationResult register_pcl_global(const PointCloud& target, const PointCloud& source,
                                        const Pose& T_guess, const PclGlobalOptions& options = {});
 

@@ -8,7 +8,24 @@ endfunction()
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -D CMAKE_PREFIX_PATH=${WORK}/prefix
-  -D CMAKE_BUILD_TYPE=Release)
+  -D CMAKE_BUILD_TYPE=Release -D DOCUMENT=${SOURCE}/../../docs/own_method.md)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 run(${WORK}/prefix/bin/minescan --version)
+
+# Both methods find their way, and the program reads what the user's own wrote.
+execute_process(COMMAND ${WORK}/build/own_method WORKING_DIRECTORY ${WORK}
+  OUTPUT_VARIABLE table COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${WORK}/prefix/bin/minescan export twice.db --markdown -
+  WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE exported COMMAND_ERROR_IS_FATAL ANY)
+message("${exported}")
+string(STRIP "${table}" table)
+string(STRIP "${exported}" exported)
+if(NOT table STREQUAL exported)
+  message(FATAL_ERROR "the user's program wrote another table:\n${table}")
+endif()
+foreach(method icp icp-twice)
+  if(NOT table MATCHES "\\| junction \\| ${method} \\| (8|9|10) of 10 \\|")
+    message(FATAL_ERROR "no line of at least 8 good trials of 10 for ${method}")
+  endif()
+endforeach()
