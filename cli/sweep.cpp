@@ -85,31 +85,62 @@ void print_plan(const StudyConfig& config, const SweepOptions& options, bool qui
       available_threads());
 }
 
-}  // namespace
-
-namespace {
-
-/// Programs that the entries name as files become methods, and the entries name those.
+// Programs that the study names as files become methods, and it names those.
 void take_programs(Config& config, StudyConfig& result) {
+  const auto last = std::find_if(config.rbegin(), config.rend(),
+                                 [](const ConfigEntry& entry) { return entry.key == "methods"; });
+  if (last == config.rend()) return;
+  const std::string where = last->where;
+  std::vector<std::string> names = split(last->text, ',');
   Config settings;
-  for (ConfigEntry& entry : config) {
-    if (entry.key != "methods") continue;
-    std::vector<std::string> names = split(entry.text, ',');
-    for (std::string& name : names) {
-      if (!is_external_method(name)) continue;
-      const ExternalMethod external = external_method(name);
-      const auto same = [&](const Method& m) { return m.name == external.method.name; };
-      if (std::any_of(result.methods.begin(), result.methods.end(), same))
-        throw std::invalid_argument(fmt::format("{}: {}: there is a method '{}' already",
-                                                entry.where, name, external.method.name));
-      result.methods.push_back(external.method);
-      for (const auto& [key, text] : external.settings)
-        settings.push_back({"settings." + external.method.name + "." + key, text, entry.where});
-      name = external.method.name;
-    }
-    entry.text = join(names, ",");
+  for (std::string& name : names) {
+    if (!is_external_method(name)) continue;
+    const ExternalMethod external = external_method(name);
+    if (!result.programs.try_emplace(external.method.name, Program{name, external.settings}).second)
+      throw std::invalid_argument(
+          fmt::format("{}: {}: there is a method '{}' already", where, name, external.method.name));
+    result.methods.push_back(external.method);
+    for (const auto& [key, text] : external.settings)
+      settings.push_back({"settings." + external.method.name + "." + key, text, where});
+    name = external.method.name;
   }
-  config.insert(config.end(), settings.begin(), settings.end());
+  last->text = join(names, ",");
+  // First, so that what the user sets comes after.
+  config.insert(config.begin(), settings.begin(), settings.end());
+}
+
+// The study as the user may give it back: programs by their files.
+Study as_given(const StudyConfig& config) {
+  Study study = config.study;
+  for (std::string& name : study.methods) {
+    const auto program = config.programs.find(name);
+    if (program == config.programs.end()) continue;
+    for (const auto& [key, text] : program->second.settings) {
+      const auto setting = study.settings.find(name + "." + key);
+      if (setting != study.settings.end() && setting->second == text) study.settings.erase(setting);
+    }
+    name = program->second.file;
+  }
+  return study;
+}
+
+// "NAME" or "NAME:12", of several in a list.
+std::vector<ScanPair> pairs_of_one(std::string name, const Config& changes, std::uint64_t seed,
+                                   bool quiet) {
+  std::optional<std::size_t> only;
+  const std::size_t colon = name.rfind(':');
+  if (colon != std::string::npos && !std::filesystem::exists(name)) {
+    read_named("survey", name, [&] {
+      only = static_cast<std::size_t>(read_number(name.substr(colon + 1), between(0, 1e6), true));
+    });
+    name.erase(colon);
+  }
+  std::vector<ScanPair> found = load_pairs(name, changes, seed, quiet);
+  if (!only) return found;
+  if (*only >= found.size())
+    throw std::invalid_argument(
+        fmt::format("survey '{}:{}': it has {} pairs, the first is 0", name, *only, found.size()));
+  return {std::move(found[*only])};
 }
 
 }  // namespace
@@ -132,23 +163,16 @@ std::vector<ScanPair> pairs_of(const StudyConfig& config, bool quiet) {
   Config survey_changes;
   for (const auto& [key, text] : config.study.survey_settings)
     survey_changes.push_back({key, text, "survey-settings"});
+  // A folder may have a comma in its name.
+  const std::string& survey = config.study.survey;
+  std::vector<std::string> names = {survey};
+  if (!std::filesystem::exists(survey)) names = split(survey, ',');
   std::vector<ScanPair> pairs;
-  for (std::string name : split(config.study.survey, ',')) {
+  for (std::string name : names) {
     name.erase(0, name.find_first_not_of(' '));
     name.erase(name.find_last_not_of(' ') + 1);
-    // "NAME:12", but for a file that is called so.
-    std::optional<std::size_t> only;
-    const std::size_t colon = name.rfind(':');
-    if (colon != std::string::npos && !std::filesystem::exists(name)) {
-      only = static_cast<std::size_t>(read_number(name.substr(colon + 1), between(0, 1e6), true));
-      name.erase(colon);
-    }
-    std::vector<ScanPair> found = load_pairs(name, survey_changes, config.seed, quiet);
-    if (only && *only >= found.size())
-      throw std::invalid_argument(fmt::format("survey '{}:{}': it has {} pairs, the first is 0",
-                                              name, *only, found.size()));
-    for (std::size_t k = 0; k < found.size(); ++k)
-      if (!only || k == *only) pairs.push_back(std::move(found[k]));
+    for (ScanPair& pair : pairs_of_one(name, survey_changes, config.seed, quiet))
+      pairs.push_back(std::move(pair));
   }
   return pairs;
 }
@@ -200,7 +224,8 @@ Command sweep_command() {
             load_study_config(state->study, changes_of(*state, common), common.seed);
         const SweepOptions options = options_of(*state);
         if (state->print_config) {
-          fmt::print("study: {}\nseed: {}\n{}", config.base, config.seed, study_yaml(config.study));
+          fmt::print("study: {}\nseed: {}\n{}", config.base, config.seed,
+                     study_yaml(as_given(config)));
           return exit_done;
         }
         if (state->dry_run) {

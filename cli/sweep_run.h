@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,11 +15,18 @@
 
 namespace minescan {
 
+/// A program of the user's that a study names.
+struct Program {
+  std::string file = {};
+  Settings settings = {};  // ExternalMethod::settings
+};
+
 struct StudyConfig {
   std::string base = {};  // the row of studies() that it started from
   Study study = {};
   std::uint64_t seed = 1;
   std::vector<Method> methods = {};  // those that there are, and programs that the study names
+  std::map<std::string, Program> programs = {};  // of those, by the method's name
 };
 
 /// `text` is a study's name or a YAML file with a key `study` (the row to start from).

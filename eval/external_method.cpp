@@ -28,6 +28,7 @@ extern char** environ;
 namespace minescan {
 namespace {
 
+// Bytes of an answer: a matrix takes some hundred (assumed).
 constexpr std::size_t longest_answer = 65536;
 
 /// A folder that is there as long as this is.
@@ -96,12 +97,9 @@ class Child {
   }
   ~Child() {
     close(output_);
-    if (running_) {
-      stop();
-      waitpid(pid_, nullptr, 0);
-    }
-    // What it has started and left behind.
+    if (reaped_) return;
     kill(-pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
   }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
@@ -133,13 +131,18 @@ class Child {
             "{}: printed more than {} bytes, expected a 4 x 4 matrix", name_, longest_answer));
     }
     // It has closed its output; that it ends as well may take a while.
-    int status = 0;
-    rusage usage{};
-    while (wait4(pid_, &status, WNOHANG, &usage) == 0) {
+    siginfo_t ended{};
+    const auto id = static_cast<id_t>(pid_);
+    while (waitid(P_PID, id, &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0) {
       check_time();
       usleep(1000);
     }
-    running_ = false;
+    // What it has started and left behind, as long as its number is still its own.
+    kill(-pid_, SIGKILL);
+    int status = 0;
+    rusage usage{};
+    wait4(pid_, &status, 0, &usage);
+    reaped_ = true;
     if (WIFSIGNALED(status))
       throw std::runtime_error(fmt::format("{}: ended by signal {} ({})", name_, WTERMSIG(status),
                                            strsignal(WTERMSIG(status))));
@@ -153,12 +156,10 @@ class Child {
   }
 
  private:
-  void stop() { kill(-pid_, SIGKILL); }
-
   std::string name_;
   pid_t pid_ = -1;
   int output_ = -1;
-  bool running_ = true;
+  bool reaped_ = false;
 };
 
 Pose pose_of(const std::string& name, const std::string& text) {

@@ -32,24 +32,26 @@ void fields(ExternalProgram& o, Visitor&& field) {
 /// Whether a method's name is that of a file: it ends in .yaml or .yml.
 bool is_external_method(const std::string& name);
 
+struct ExternalMethod {
+  Method method = {};
+  Settings settings = {};  // what a trial of this program has in its settings
+};
+
 /// Reads {name, command, timeout_s} from a YAML file. A program named with a '/' is looked for from
 /// the working directory, others along PATH.
 ///
 /// The method's `run` writes the clouds and the guess to a private temporary folder, starts the
 /// program, waits for it and removes the folder. It throws std::runtime_error if the program cannot
 /// be started, ends with a code other than 0 or by a signal, is not done after timeout_s (it and
-/// what it has started are stopped then), or prints anything but 16 numbers that are a pose, row by
-/// row. Time to align is that from start to end, cpu that of the program.
+/// what it has started are stopped then; not when minescan itself is killed), or prints anything
+/// but 16 numbers that are a pose, row by row. Time to align is that from start to end, cpu that of
+/// the program.
 ///
 /// The command is an option of the method that has no default, and so has to be among a trial's
 /// settings: results of different commands are told apart.
 ///
 /// throws  std::runtime_error if the file cannot be read, std::invalid_argument with the place for
 ///         an unknown key, no command, or a name that is empty or that of a method known already
-struct ExternalMethod {
-  Method method = {};
-  Settings settings = {};  // what a trial of this program has in its settings
-};
 ExternalMethod external_method(const std::filesystem::path& path);
 
 }  // namespace minescan

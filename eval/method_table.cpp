@@ -20,11 +20,16 @@ struct Row {
   std::vector<double> translation = {}, rotation = {}, cpu = {}, bytes = {};
 };
 
-/// The settings and start errors that set a row apart from others of its pair and method.
+/// The start error, the axes of the study and the settings that differ from the method's defaults.
 std::string point_of(const Trial& trial) {
-  std::string text;
-  for (const auto& [name, value] : trial.axes)
-    text += (text.empty() ? "" : ", ") + fmt::format("{} {}", name, number_text(value));
+  std::string text = fmt::format("{} m, {} rad", number_text(trial.initial_translation),
+                                 number_text(trial.initial_rotation));
+  const auto add = [&](const std::string& name, const std::string& value) {
+    if (!name.starts_with("initial-")) text += fmt::format(", {} {}", name, value);
+  };
+  for (const auto& [name, value] : trial.axes) add(name, number_text(value));
+  for (const auto& [name, value] : trial.settings)
+    if (!trial.axes.contains(name)) add(name, value);
   return text;
 }
 
@@ -33,11 +38,9 @@ std::string point_of(const Trial& trial) {
 std::string method_table(const std::vector<Outcome>& outcomes) {
   std::vector<Row> rows;
   std::map<std::array<std::string, 3>, std::size_t> number;
-  bool has_points = false;
   for (const Outcome& outcome : outcomes) {
     const Trial& trial = outcome.trial;
     const std::string point = point_of(trial);
-    has_points = has_points || !point.empty();
     const auto [at, is_new] = number.try_emplace({trial.pair, trial.method, point}, rows.size());
     if (is_new) rows.push_back({.pair = trial.pair, .method = trial.method, .point = point});
     Row& row = rows[at->second];
@@ -53,19 +56,18 @@ std::string method_table(const std::vector<Outcome>& outcomes) {
   const auto median = [](const std::vector<double>& values) {
     return box_statistics(values).median;
   };
-  std::string text = fmt::format(
-      "| pair | method |{} good | 95 % | median error, mm | mrad | processor, ms | target, kB |\n"
-      "|---|---|{}---|---|---|---|---|---|\n",
-      has_points ? " point |" : "", has_points ? "---|" : "");
+  std::string text =
+      "| pair | method | point | good | 95 % | median error, mm | mrad | processor, ms | target, "
+      "kB |"
+      "\n|---|---|---|---|---|---|---|---|---|\n";
   for (const Row& row : rows) {
     const std::size_t count = row.translation.size();
     const Interval interval = wilson_interval(row.good, count);
-    text +=
-        fmt::format("| {} | {} |{} {} of {} | {:.0f}-{:.0f} % | {:.3g} | {:.3g} | {:.3g} | {} |\n",
-                    row.pair, row.method, has_points ? " " + row.point + " |" : "", row.good, count,
-                    100 * interval.low, 100 * interval.high, 1e3 * median(row.translation),
-                    1e3 * median(row.rotation), 1e3 * median(row.cpu),
-                    median(row.bytes) > 0 ? fmt::format("{:.0f}", median(row.bytes) / 1e3) : "");
+    text += fmt::format(
+        "| {} | {} | {} | {} of {} | {:.0f}-{:.0f} % | {:.3g} | {:.3g} | {:.3g} | {} |\n", row.pair,
+        row.method, row.point, row.good, count, 100 * interval.low, 100 * interval.high,
+        1e3 * median(row.translation), 1e3 * median(row.rotation), 1e3 * median(row.cpu),
+        median(row.bytes) > 0 ? fmt::format("{:.0f}", median(row.bytes) / 1e3) : "");
   }
   return text;
 }

@@ -10,8 +10,9 @@
 namespace minescan {
 
 /// Markdown: good results of how many with the 95 % Wilson interval, medians of the errors of all
-/// and of the processor time, and memory of the target. By pair and method, points of the study in
-/// the order in which `outcomes` first name them.
+/// and of the processor time, and memory of the target. Results with another start error, axis
+/// value or setting have a row of their own; rows by pair and method, then as `outcomes` first name
+/// them.
 std::string method_table(const std::vector<Outcome>& outcomes);
 
 }  // namespace minescan

@@ -49,10 +49,11 @@ PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
     return used;
   }
   const KdTree tree(used.points, options.leaf_size);
-  for (const Eigen::Vector3d& p : used.points) {
-    const LocalPlane plane = local_plane(tree, used.points, p, options.neighbours);
-    used.normals.push_back(plane.known ? plane.normal : Eigen::Vector3d::Zero());
-  }
+  Normals normals(used, tree, options.neighbours);
+  std::vector<Eigen::Vector3d> list;
+  list.reserve(used.points.size());
+  for (std::uint32_t i = 0; i < used.points.size(); ++i) list.push_back(normals.of(i));
+  used.normals = std::move(list);
   return used;
 }
 
@@ -90,7 +91,7 @@ class TrackedNeighbours {
   }
 
  private:
-  // Metres that a point without a neighbour may move before it is looked for again.
+  // Metres that a point without a neighbour may move before it is looked for again (assumed).
   static constexpr double margin = 0.25;
   struct Known {
     Eigen::Vector3d query = Eigen::Vector3d::Zero();
@@ -279,6 +280,39 @@ double pose_change(const Pose& from, const Pose& to) {
   return std::hypot((to.translation() - from.translation()).norm(), angle);
 }
 
+/// What the last pairs say of the pose.
+void conclude(const IcpPairs& pairs, const PointCloud& used, const IcpOptions& options,
+              RegistrationResult& result) {
+  const Eigen::Vector3d origin = result.T_target_source.translation();  // of the source
+  Pull pull;
+  Matrix6d held = Matrix6d::Zero();  // what surfaces hold
+  double coordinates = 3;            // that a pair compares
+  switch (options.metric) {
+    case IcpMetric::point:
+      pull = pull_to_points(pairs, origin);
+      held = pull.information;
+      break;
+    case IcpMetric::generalized:
+      pull = pull_between_planes(pairs, origin, options.flatness, &held);
+      break;
+    case IcpMetric::plane:
+    case IcpMetric::symmetric:
+      pull = pull_along(pairs, origin, options.metric);
+      held = pull.information;
+      coordinates = 1;
+      break;
+  }
+  result.directions = directions_of(held, rms_distance(used.points));
+  // No weights: pairs of which none counts.
+  if (!(pull.weights > 0) || (options.metric != IcpMetric::point &&
+                              !(result.directions.front().hold >= options.min_rank))) {
+    result.status = Status::degenerate;
+    return;
+  }
+  result.score = pull.squares / pull.weights;
+  result.covariance = result.score / coordinates * pull.information.inverse();
+}
+
 void run_icp(const PointCloud& target, const PointCloud& source, const IcpOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
@@ -296,31 +330,13 @@ void run_icp(const PointCloud& target, const PointCloud& source, const IcpOption
   Matcher matcher(target, used, tree, normals, options);
   IcpPairs pairs;
   Pose& T = result.T_target_source;
-  const auto finish = [&] {
-    // The last pairs, seen from the last pose.
+  const auto find = [&] {
+    ++result.evaluations;
     matcher.find(T, distance_limit(result.iterations, options), pairs);
-    Matrix6d surface = Matrix6d::Zero();
-    const Pull pull = options.metric == IcpMetric::point ? pull_to_points(pairs, T.translation())
-                      : options.metric == IcpMetric::generalized
-                          ? pull_between_planes(pairs, T.translation(), options.flatness, &surface)
-                          : pull_along(pairs, T.translation(), options.metric);
-    const double coordinates =
-        options.metric == IcpMetric::point || options.metric == IcpMetric::generalized ? 3 : 1;
-    result.directions =
-        directions_of(options.metric == IcpMetric::generalized ? surface : pull.information,
-                      rms_distance(used.points));
-    result.score = pull.squares / pull.weights;
-    result.covariance = result.score / coordinates * pull.information.inverse();
-    if (options.metric != IcpMetric::point &&
-        !(result.directions.front().hold >= options.min_rank)) {
-      result.status = Status::degenerate;
-      result.covariance.setZero();
-    }
   };
   while (result.status == Status::max_iterations && result.iterations < options.max_iterations) {
     ++result.iterations;
-    ++result.evaluations;
-    matcher.find(T, distance_limit(result.iterations, options), pairs);
+    find();
     if (static_cast<double>(pairs.size()) < needed) {
       result.status = Status::no_overlap;
     } else if (const std::optional<Pose> moved = motion(pairs, options)) {
@@ -333,9 +349,15 @@ void run_icp(const PointCloud& target, const PointCloud& source, const IcpOption
       result.status = Status::degenerate;
     }
   }
+  if (result.status == Status::converged || result.status == Status::max_iterations) {
+    find();  // from the last pose
+    if (static_cast<double>(pairs.size()) < needed)
+      result.status = Status::no_overlap;
+    else
+      conclude(pairs, used, options, result);
+  }
   result.outside_points = matcher.outside();
   result.empty_points = used.points.size() - pairs.size() - result.outside_points;
-  if (result.status == Status::converged || result.status == Status::max_iterations) finish();
   result.time.align = watch.lap();
 }
 
@@ -394,7 +416,7 @@ std::optional<SurfacePlace> shoot(const KdTree& tree, const std::vector<Eigen::V
     if (!near) return {};
     place.normal = normals.of(near->index);
     const double along = place.normal.dot(direction);
-    if (std::abs(along) < 0.1) return {};  // the line runs along the surface
+    if (std::abs(along) < 0.1) return {};  // within 6 degrees of the surface (assumed)
     place.point = point + place.normal.dot(points[near->index] - point) / along * direction;
   }
   if (!((place.point - point).norm() < max_distance)) return {};

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "registration/bounds.h"
+
 namespace minescan {
 
 namespace {
@@ -20,6 +22,10 @@ using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
 double sum_of_squares(double x, double y, double z) { return x * x + y * y + z * z; }
 
 void load(const double* from, Lanes& v) { std::memcpy(&v, from, sizeof(v)); }
+
+// Levels of the tree at which boxes are split half way (see build); assumed. 72 k points of a scan
+// take about 20.
+constexpr int midpoint_levels = 40;
 
 std::size_t whole_registers(std::size_t count) { return (count + lanes - 1) / lanes * lanes; }
 
@@ -123,15 +129,14 @@ struct KdTree::SearchOfMany {
 };
 
 KdTree::KdTree(const std::vector<Eigen::Vector3d>& points, int leaf_size) {
-  assert(!points.empty() && leaf_size >= 1);
+  assert(!points.empty() && leaf_size >= 1 && leaf_size <= max_leaf_size);
   std::vector<Entry> entries;
   entries.reserve(points.size());
-  low_ = high_ = points.front();
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i)
     entries.push_back({points[i], static_cast<std::uint32_t>(i)});
-    low_ = low_.cwiseMin(points[i]);
-    high_ = high_.cwiseMax(points[i]);
-  }
+  const Bounds bounds = bounds_of(points);
+  low_ = bounds.low;
+  high_ = bounds.high;
   const auto size = static_cast<std::size_t>(leaf_size);
   nodes_.reserve(4 * points.size() / size + 1);
   xyz_.reserve(5 * points.size());
@@ -144,6 +149,10 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
   const std::size_t self = nodes_.size();
   nodes_.emplace_back();
   if (end - begin <= leaf_size) {
+    // By index: in which order a partition leaves them is the standard library's affair.
+    const auto at = entries.begin();
+    std::sort(at + static_cast<std::ptrdiff_t>(begin), at + static_cast<std::ptrdiff_t>(end),
+              [](const Entry& a, const Entry& b) { return a.index < b.index; });
     add_leaf(entries, begin, end, nodes_[self]);
     return;
   }
@@ -159,7 +168,7 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
   // Half way along the longest side, which takes one pass. Points that crowd ever closer together
   // would make the tree as deep as there are points: after many levels half of them go to each
   // side.
-  if (depth < 40 && longest > 0) {
+  if (depth < midpoint_levels && longest > 0) {
     const double split = low[axis] + longest / 2;
     middle = static_cast<std::size_t>(
         std::partition(at(begin), at(end), [&](const Entry& e) { return e.point[axis] <= split; }) -
@@ -168,7 +177,7 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
   if (middle <= begin || middle >= end) {
     middle = begin + (end - begin) / 2;
     std::nth_element(at(begin), at(middle), at(end), [axis](const Entry& a, const Entry& b) {
-      // The index makes the order, and with it the tree, the same for every standard library.
+      // The index makes the halves, and with them the tree, the same for every standard library.
       return a.point[axis] != b.point[axis] ? a.point[axis] < b.point[axis] : a.index < b.index;
     });
   }
@@ -247,8 +256,8 @@ void KdTree::run(AnySearch& search) const {
     double squared;
     std::uint32_t node;
   };
-  // Each level leaves one box, and there are at most 40 levels and then 32 that halve what is left.
-  Box boxes[80];  // not initialised: that would take longer than the search
+  // Each level leaves one box; the levels that halve are as many as an index has bits.
+  Box boxes[midpoint_levels + 32];  // not initialised: that would take longer than the search
   std::size_t count = 0;
   const auto side = [&](int i) {
     return std::max({low_[i] - search.query[i], search.query[i] - high_[i], 0.0});

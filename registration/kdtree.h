@@ -35,7 +35,9 @@ struct TreePolicy {
 
 class KdTree {
  public:
-  /// Copies `points` (at least one, all finite). `leaf_size` >= 1 points at most share a leaf.
+  static constexpr int max_leaf_size = 65535;
+  /// Copies `points` (at least one, all finite). `leaf_size` points at most share a leaf, 1 to
+  /// max_leaf_size.
   /// Build: O(N log N), memory O(N).
   explicit KdTree(const std::vector<Eigen::Vector3d>& points, int leaf_size = 10);
 

@@ -142,6 +142,8 @@ NumberedCells number_cells(const std::vector<Eigen::Vector3d>& points, const Lat
                            const char* option) {
   if (points.empty()) return {};
   const auto [low, high, finite] = bounds_of(points);
+  if (!finite)  // it throws for that one
+    for (const Eigen::Vector3d& p : points) lattice.checked_key(p, option);
   const std::array<int, 3> first = Lattice::indices(lattice.checked_key(low, option)),
                            last = Lattice::indices(lattice.checked_key(high, option));
   std::array<int, 3> blocks = {};

@@ -121,7 +121,8 @@ struct NumberedCells {
 };
 
 /// Time O(N); memory O(N) whatever the space between the points. Throws std::invalid_argument
-/// (naming `option`, the side) for a point more than Lattice::index_limit cells from the origin.
+/// (naming `option`, the side) for a point more than Lattice::index_limit cells from the origin, or
+/// with a coordinate that is not finite.
 NumberedCells number_cells(const std::vector<Eigen::Vector3d>& points, const Lattice& lattice,
                            const char* option);
 

@@ -9,6 +9,7 @@
 
 #include "registration/ndt_field.h"
 #include "registration/ndt_score.h"
+#include "registration/ndt_sums.h"
 #include "registration/registered.h"
 #include "registration/stopwatch.h"
 
@@ -69,8 +70,10 @@ struct Target {
   std::optional<NdtGrid> plain = {};
 
   Target(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& grid,
-         const NdtTermOptions& terms) {
-    const bool baseline = terms.discretisation == Discretisation::fixed &&
+         const NdtOptions& options) {
+    const NdtTermOptions& terms = options.terms;
+    const bool baseline = options.far_distance == 0 &&
+                          terms.discretisation == Discretisation::fixed &&
                           terms.neighbourhood == Neighbourhood::own && !terms.linked &&
                           !terms.endless && terms.density == Density::normal;
     if (!baseline) {
@@ -137,16 +140,16 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
   for (int level = options.levels - 1; level >= 0; --level) {
     NdtGridOptions grid = options.grid;
     grid.cell_size *= std::pow(options.level_ratio, level);
-    const Target cells(target.points, grid, options.terms);
+    const Target cells(target.points, grid, options);
     std::size_t bytes = cells.bytes();
-    if (!far.empty() && !cells.plain) {
+    if (!far.empty()) {
       NdtGridOptions larger = grid;
       larger.cell_size *= 2;
-      const Target far_cells(target.points, larger, options.terms);
+      const Target far_cells(target.points, larger, options);
       bytes += far_cells.bytes();
       result.time.target += watch.lap();
       SearchOptions first = options.search;
-      first.stop_step = std::max(first.stop_step, 0.01);
+      first.stop_step = std::max(first.stop_step, 0.01);  // NdtOptions::far_distance
       first.max_iterations = std::min(first.max_iterations, 10);
       search(
           objective_of({{&cells.fields, &packed_near}, {&far_cells.fields, &packed_far}}, length),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The cells of 3D-NDT laid out for the processor, and the sums over points in single precision: the
-// same terms as registration/ndt_score.h, many at a time.
+// The cells of 3D-NDT laid out for the processor: a box with the number of a distribution for each
+// cell. registration/ndt_sums.h sums over points with it.
 #pragma once
 
 #include <array>
@@ -9,28 +9,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/pose.h"
 #include "registration/ndt_grid.h"
-#include "registration/ndt_score.h"
-#include "registration/search.h"
 
 namespace minescan {
 
-/// Points as structure of arrays in single precision, padded with points that lie nowhere.
-class PackedPoints {
- public:
-  explicit PackedPoints(const std::vector<Eigen::Vector3d>& points);
-
-  std::size_t size() const { return size_; }
-  std::size_t padded_size() const { return x_.size(); }
-  const float* x() const { return x_.data(); }
-  const float* y() const { return y_.data(); }
-  const float* z() const { return z_.data(); }
-
- private:
-  std::size_t size_ = 0;
-  std::vector<float> x_, y_, z_;
-};
+/// A coordinate, metres, that no point of a cloud has: of what fills up registers.
+inline constexpr float nowhere = 1e9f;
 
 /// A box of cells, each with the number of the distribution that points in it are scored with.
 struct NdtField {
@@ -75,19 +59,13 @@ inline constexpr double max_field_cells = 1 << 24;
 /// side. None if that has more than max_field_cells or the grid is empty.
 std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin = 0);
 
+/// The same; empty (no cells, no rows) for an empty grid. Throws std::invalid_argument for a box of
+/// too many cells.
+NdtField checked_ndt_field(const NdtGrid& grid, int margin = 0);
+[[noreturn]] void throw_too_many_cells(double side);
+
 /// Gives every cell of the box the distribution of the cell nearest to it, by the distance between
 /// their centres (the paper's linked cells, section 4.3.5); of several equally far, one. O(cells).
 void link_cells(NdtField& field);
-
-/// As ndt_score(grid, ...), ndt_value and ndt_information, within the rounding of single precision:
-/// coordinates are exact to 1e-7 of the box's size, sums to 1e-6 of their terms' absolute values,
-/// and a point within that of a cell's face may count for the cell beyond it. Score::hessian is as
-/// `curvature` says.
-Score ndt_score(const NdtField& field, const Pose& T_target_source, const PackedPoints& points,
-                Curvature curvature = Curvature::full);
-/// Equal to ndt_score(...).value to the last bit.
-double ndt_value(const NdtField& field, const Pose& T_target_source, const PackedPoints& points);
-NdtInformation ndt_information(const NdtField& field, const Pose& T_target_source,
-                               const PackedPoints& points);
 
 }  // namespace minescan

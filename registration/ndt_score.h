@@ -26,7 +26,7 @@ Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::V
 /// sum of the scaled densities (paper, eq. 6). Terms below e^-120 are left out of the value and the
 /// derivatives alike. Smooth only while no point changes its cell.
 ///
-/// The plain form: registration/ndt_field.h does the same for many points at a time.
+/// The plain form: registration/ndt_sums.h does the same for many points at a time.
 Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
                 const std::vector<Eigen::Vector3d>& points, Curvature curvature = Curvature::full);
 

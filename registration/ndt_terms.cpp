@@ -1,28 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "registration/ndt_terms.h"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <stdexcept>
 
 namespace minescan {
 namespace {
-
-[[noreturn]] void throw_too_wide(double side) {
-  throw std::invalid_argument(
-      fmt::format("cell-size: the box around the cells of {} m that hold enough points has more "
-                  "than 2^24 cells; "
-                  "choose larger cells or leave out far points",
-                  side));
-}
-
-NdtField field_of(const NdtGrid& grid, int margin = 0) {
-  std::optional<NdtField> field = ndt_field(grid, margin);
-  if (!field && !grid.cells().empty()) throw_too_wide(grid.lattice().side());
-  return field ? *std::move(field) : NdtField{};
-}
 
 /// A cell of the octree that is not divided further.
 struct Leaf {
@@ -84,7 +70,7 @@ class Pyramid {
 NdtField field_of_leaves(const std::vector<Leaf>& leaves, const Lattice& finest, int cells) {
   // As a grid of cells of `cells` finest ones each; a leaf covers one or more of those.
   std::array<int, 3> low = {}, high = {};
-  const auto in_field = [&](int index) {
+  const auto in_field = [&](int index) {  // rounds down
     return index >= 0 ? index / cells : -((-index + cells - 1) / cells);
   };
   for (std::size_t i = 0; i < 3; ++i) low[i] = 1 << 30, high[i] = -(1 << 30);
@@ -100,7 +86,7 @@ NdtField field_of_leaves(const std::vector<Leaf>& leaves, const Lattice& finest,
     field.size[i] = high[i] - low[i] + 1;
     count *= field.size[i];
   }
-  if (count > max_field_cells) throw_too_wide(field.side);
+  if (count > max_field_cells) throw_too_many_cells(field.side);
   field.corner = finest.origin() + field.side * Eigen::Vector3d(low[0], low[1], low[2]);
   field.number.assign(static_cast<std::size_t>(count), -1);
   for (const Leaf& leaf : leaves) {
@@ -166,7 +152,7 @@ NdtField neighbours_of(const NdtField& field, const std::array<int, 3>& offset) 
   return moved;
 }
 
-std::vector<NdtField> with_neighbours(NdtField field, Neighbourhood neighbourhood) {
+std::vector<NdtField> with_neighbours(const NdtField& field, Neighbourhood neighbourhood) {
   std::vector<NdtField> fields;
   if (field.number.empty()) return fields;
   if (neighbourhood == Neighbourhood::trilinear) {
@@ -198,6 +184,10 @@ MixtureFit mixture_fit(double outlier_ratio, double side) {
 
 std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
                                  const NdtGridOptions& grid, const NdtTermOptions& options) {
+  if (options.discretisation != Discretisation::fixed &&
+      options.neighbourhood != Neighbourhood::own)
+    throw std::invalid_argument(
+        "neighbourhood: expected own, the only one for cells that are divided further");
   std::vector<NdtField> fields;
   if (options.discretisation != Discretisation::fixed) {
     fields = divided_fields(points, grid, options);
@@ -206,12 +196,11 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
       NdtGridOptions shifted = grid;
       for (int i = 0; i < 3; ++i)
         if (shift >> i & 1) shifted.lattice_origin[i] += grid.cell_size / 2;
-      NdtField field = field_of(NdtGrid(points, shifted));
+      NdtField field = checked_ndt_field(NdtGrid(points, shifted));
       if (!field.number.empty()) fields.push_back(std::move(field));
     }
   } else {
-    NdtField field = field_of(NdtGrid(points, grid));
-    fields = with_neighbours(std::move(field), options.neighbourhood);
+    fields = with_neighbours(checked_ndt_field(NdtGrid(points, grid)), options.neighbourhood);
   }
   for (NdtField& field : fields) {
     if (options.linked) link_cells(field);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/fields.h"
+#include "core/pose.h"
 #include "registration/ndt_field.h"
 #include "registration/ndt_grid.h"
 
@@ -45,7 +46,7 @@ constexpr auto names_of(Density) { return std::to_array<std::string_view>({"norm
 struct NdtTermOptions {
   Discretisation discretisation = Discretisation::fixed;
   int depth = 1;               // how often a cell may be halved
-  double split_spread = 0.05;  // metres; the paper names no limit
+  double split_spread = 0.05;  // metres; assumed, the paper names no limit
   Neighbourhood neighbourhood = Neighbourhood::own;
   bool linked = false;   // section 4.3.5
   bool endless = false;  // section 4.3.5
@@ -79,13 +80,10 @@ struct MixtureFit {
 MixtureFit mixture_fit(double outlier_ratio, double side);
 
 /// The fields over which the score of these options is summed; empty if no cell has a distribution.
+/// `linked` and `endless` hold for each of them.
 ///
-/// `endless` and `linked` mean something for `own` and `trilinear` only where they apply to every
-/// field alike: they are set in each.
-///
-/// throws  std::invalid_argument if a field has more than max_field_cells, or a point lies more
-/// than
-///         2^20 cells from the lattice's origin
+/// throws  std::invalid_argument if a field has more than max_field_cells, a point lies more than
+///         2^20 cells from the lattice's origin, or cells are divided and not looked up by `own`
 std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
                                  const NdtGridOptions& grid, const NdtTermOptions& options);
 

@@ -7,9 +7,9 @@
 namespace minescan {
 namespace {
 
-LocalPlane plane_of(const std::vector<Neighbour>& neighbours,
-                    const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& at) {
-  if (neighbours.size() < 3) return {};
+Eigen::Vector3d normal_at(const Eigen::Vector3d& point, const std::vector<Neighbour>& neighbours,
+                          const std::vector<Eigen::Vector3d>& points) {
+  if (neighbours.size() < 3) return Eigen::Vector3d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Neighbour& n : neighbours) mean += points[n.index];
   mean /= static_cast<double>(neighbours.size());
@@ -21,32 +21,28 @@ LocalPlane plane_of(const std::vector<Neighbour>& neighbours,
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(C);
   // On a line, or at one place, any normal would do; rounding leaves 1e-16 of the largest.
-  if (!(solver.eigenvalues()[1] > 1e-10 * solver.eigenvalues()[2])) return {};
+  if (!(solver.eigenvalues()[1] > 1e-10 * solver.eigenvalues()[2])) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d n = solver.eigenvectors().col(0);
-  return {.normal = n.dot(at) > 0 ? Eigen::Vector3d(-n) : n, .known = true};
+  return n.dot(point) > 0 ? Eigen::Vector3d(-n) : n;
 }
 
 }  // namespace
 
-LocalPlane local_plane(const KdTree& tree, const std::vector<Eigen::Vector3d>& points,
-                       const Eigen::Vector3d& at, int neighbours) {
-  std::vector<Neighbour> found;
-  tree.nearest(at, static_cast<std::size_t>(neighbours), std::numeric_limits<double>::infinity(),
-               found);
-  return plane_of(found, points, at);
+Normals::Normals(const PointCloud& cloud, const KdTree& tree, int neighbours)
+    : cloud_(cloud), tree_(tree), neighbours_(static_cast<std::size_t>(neighbours)) {
+  if (cloud.normals.empty()) found_.resize(cloud.points.size());
 }
 
-Eigen::Vector3d Normals::of(std::uint32_t index) {
-  if (planes_.empty()) return cloud_.normals[index];
-  Plane& plane = planes_[index];
-  if (!plane.looked) {
-    plane.looked = true;
-    tree_.nearest(cloud_.points[index], static_cast<std::size_t>(neighbours_),
-                  std::numeric_limits<double>::infinity(), found_);
-    const LocalPlane local = plane_of(found_, cloud_.points, cloud_.points[index]);
-    if (local.known) plane.normal = local.normal;
+const Eigen::Vector3d& Normals::of(std::uint32_t index) {
+  if (found_.empty()) return cloud_.normals[index];
+  Found& found = found_[index];
+  if (!found.looked) {
+    found.looked = true;
+    const Eigen::Vector3d& point = cloud_.points[index];
+    tree_.nearest(point, neighbours_, std::numeric_limits<double>::infinity(), nearest_);
+    found.normal = normal_at(point, nearest_, cloud_.points);
   }
-  return plane.normal;
+  return found.normal;
 }
 
 }  // namespace minescan

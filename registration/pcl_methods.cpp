@@ -19,11 +19,11 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "registration/bounds.h"
 #include "registration/registered.h"
 #include "registration/stopwatch.h"
 
 namespace minescan {
-
 namespace {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
@@ -50,30 +50,49 @@ PclCloud::Ptr pcl_cloud(const std::vector<Eigen::Vector3d>& points) {
 /// The rotation of a float matrix is one only to 1e-7.
 Pose pose_of(const Eigen::Matrix4f& matrix) { return normalized(Pose(matrix.cast<double>())); }
 
-// With the number of iterations, which PCL keeps to itself.
-struct CountingIcp : pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> {
-  int iterations() const { return nr_iterations_; }
-  const pcl::Correspondences& pairs() const { return *correspondences_; }
+// ICP with the number of iterations, which PCL keeps to itself.
+template <class Point>
+struct CountingIcp : pcl::IterativeClosestPoint<Point, Point> {
+  int iterations() const { return this->nr_iterations_; }
+  const pcl::Correspondences& pairs() const { return *this->correspondences_; }
 };
 
+/// Runs an ICP that has its clouds and puts down what it has found.
+template <class Point>
+void align(CountingIcp<Point>& icp, const PclIcpOptions& options, const Eigen::Matrix4f& guess,
+           RegistrationResult& result) {
+  icp.setMaxCorrespondenceDistance(options.max_distance);
+  icp.setTransformationEpsilon(options.epsilon);
+  icp.setMaximumIterations(options.max_iterations);
+  pcl::PointCloud<Point> aligned;
+  icp.align(aligned, guess);
+  using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
+  const auto state = icp.getConvergeCriteria()->getConvergenceState();
+  result.iterations = icp.iterations();
+  if (state == Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES) return;
+  result.T_target_source = pose_of(icp.getFinalTransformation());
+  result.status = state == Criteria::CONVERGENCE_CRITERIA_ITERATIONS ? Status::max_iterations
+                                                                     : Status::converged;
+  for (const pcl::Correspondence& pair : icp.pairs())
+    result.score += static_cast<double>(pair.distance);
+  result.score /= static_cast<double>(icp.pairs().size());
+}
+
 /// PCL numbers the cells of the bounding box with 32 bits, and else leaves out all of them.
-void check_cells(const std::vector<Eigen::Vector3d>& points, double cell_size) {
-  Eigen::Vector3d low = points.front(), high = low;
-  for (const Eigen::Vector3d& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const double cells = ((high - low) / cell_size + Eigen::Vector3d::Constant(2)).prod();
+/// `option` is the one that gives their side.
+void check_cells(const PointCloud& cloud, const char* name, const char* option, double side) {
+  const Bounds box = bounds_of(cloud.points);
+  const double cells = ((box.high - box.low) / side + Eigen::Vector3d::Constant(2)).prod();
   if (cells < std::numeric_limits<std::int32_t>::max()) return;
-  throw std::invalid_argument(fmt::format(
-      "cell-size = {}: the target's bounding box has {:.3g} such cells, PCL takes up to 2^31",
-      cell_size, cells));
+  throw std::invalid_argument(
+      fmt::format("{} = {}: the {}'s bounding box has {:.3g} such cells, PCL takes up to 2^31",
+                  option, side, name, cells));
 }
 
 void run_pcl_ndt(const PointCloud& target, const PointCloud& source, const PclNdtOptions& options,
                  RegistrationResult& result) {
   silence_pcl();
-  check_cells(target.points, options.cell_size);
+  check_cells(target, "target", "cell-size", options.cell_size);
   Stopwatch watch;
   const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
   const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
@@ -107,15 +126,6 @@ void run_pcl_ndt(const PointCloud& target, const PointCloud& source, const PclNd
   result.time.align = watch.lap();
 }
 
-}  // namespace
-
-RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& source,
-                                    const Pose& T_guess, const PclNdtOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_ndt);
-}
-
-namespace {
-
 void run_pcl_icp(const PointCloud& target, const PointCloud& source, const PclIcpOptions& options,
                  RegistrationResult& result) {
   silence_pcl();
@@ -126,40 +136,15 @@ void run_pcl_icp(const PointCloud& target, const PointCloud& source, const PclIc
   result.used_points = points->size();
   result.time.source = watch.lap();
 
-  CountingIcp icp;
-  icp.setMaxCorrespondenceDistance(options.max_distance);
-  icp.setTransformationEpsilon(options.epsilon);
-  icp.setMaximumIterations(options.max_iterations);
+  CountingIcp<pcl::PointXYZ> icp;
   icp.setInputTarget(pcl_cloud(target.points));
   icp.setInputSource(points);
   icp.getSearchMethodTarget()->setInputCloud(icp.getInputTarget());
   icp.setSearchMethodTarget(icp.getSearchMethodTarget(), true);
   result.time.target = watch.lap();
-
-  PclCloud aligned;
-  icp.align(aligned, guess);
-  using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
-  const auto state = icp.getConvergeCriteria()->getConvergenceState();
-  result.iterations = icp.iterations();
-  if (state != Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES) {
-    result.T_target_source = pose_of(icp.getFinalTransformation());
-    result.status = state == Criteria::CONVERGENCE_CRITERIA_ITERATIONS ? Status::max_iterations
-                                                                       : Status::converged;
-    for (const pcl::Correspondence& pair : icp.pairs())
-      result.score += static_cast<double>(pair.distance);
-    result.score /= static_cast<double>(icp.pairs().size());
-  }
+  align(icp, options, guess, result);
   result.time.align = watch.lap();
 }
-
-}  // namespace
-
-RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
-                                    const Pose& T_guess, const PclIcpOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_icp);
-}
-
-namespace {
 
 using PointNormal = pcl::PointNormal;
 using NormalCloud = pcl::PointCloud<PointNormal>;
@@ -186,11 +171,6 @@ NormalCloud::Ptr with_normals(const PclCloud::Ptr& cloud, int neighbours, double
   return known;
 }
 
-struct CountingPlaneIcp : pcl::IterativeClosestPoint<PointNormal, PointNormal> {
-  int iterations() const { return nr_iterations_; }
-  const pcl::Correspondences& pairs() const { return *correspondences_; }
-};
-
 /// Surfaces that leave a direction free give its linear system no solution, and PCL's search for
 /// neighbours then ends the program at the first coordinate that is not a number: here it stands
 /// still and tells.
@@ -214,7 +194,7 @@ void run_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
                        const PclNormalOptions& options, RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.icp.sampling));
   const NormalCloud::Ptr moving(new NormalCloud);  // its normals are not looked at
   for (const pcl::PointXYZ& p : *points) {
     moving->emplace_back();
@@ -225,36 +205,18 @@ void run_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
   result.used_points = points->size();
   result.time.source = watch.lap();
 
-  CountingPlaneIcp icp;
+  CountingIcp<PointNormal> icp;
   const auto estimation = new CheckedPlaneEstimation;
   bool solved = true;
   estimation->solved = &solved;
   icp.setTransformationEstimation(CheckedPlaneEstimation::Base::Ptr(estimation));
-  icp.setMaxCorrespondenceDistance(options.max_distance);
-  icp.setTransformationEpsilon(options.epsilon);
-  icp.setMaximumIterations(options.max_iterations);
   const NormalCloud::Ptr still = with_normals(pcl_cloud(target.points), options.neighbours, 0);
   icp.setInputTarget(still);
   icp.setInputSource(moving);
   result.time.target = watch.lap();
   if (still->empty()) return;
-
-  NormalCloud aligned;
-  icp.align(aligned, guess);
-  using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
-  const auto state = icp.getConvergeCriteria()->getConvergenceState();
-  result.iterations = icp.iterations();
-  const Eigen::Matrix4f end = icp.getFinalTransformation();
-  if (!solved) {
-    result.status = Status::degenerate;
-  } else if (state != Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES) {
-    result.T_target_source = pose_of(end);
-    result.status = state == Criteria::CONVERGENCE_CRITERIA_ITERATIONS ? Status::max_iterations
-                                                                       : Status::converged;
-    for (const pcl::Correspondence& pair : icp.pairs())
-      result.score += static_cast<double>(pair.distance);
-    result.score /= static_cast<double>(icp.pairs().size());
-  }
+  align(icp, options.icp, guess, result);
+  if (!solved) result.status = Status::degenerate;
   result.time.align = watch.lap();
 }
 
@@ -266,7 +228,7 @@ void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
                   const PclNormalOptions& options, RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.icp.sampling));
   const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
   result.status = Status::no_overlap;
   result.used_points = points->size();
@@ -276,32 +238,26 @@ void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
   const auto needed = static_cast<std::size_t>(options.neighbours);
   if (points->size() < needed || target.points.size() < needed) return;
   CountingGicp gicp;
-  gicp.setMaxCorrespondenceDistance(options.max_distance);
+  gicp.setMaxCorrespondenceDistance(options.icp.max_distance);
   gicp.setCorrespondenceRandomness(options.neighbours);
   // It compares the largest change of any number of the matrix, over this, with 1.
-  gicp.setTransformationEpsilon(std::sqrt(options.epsilon));
-  gicp.setRotationEpsilon(std::sqrt(options.epsilon));
-  gicp.setMaximumIterations(options.max_iterations);
+  gicp.setTransformationEpsilon(std::sqrt(options.icp.epsilon));
+  gicp.setRotationEpsilon(std::sqrt(options.icp.epsilon));
+  gicp.setMaximumIterations(options.icp.max_iterations);
   gicp.setInputTarget(pcl_cloud(target.points));
   gicp.setInputSource(points);
   result.time.target = watch.lap();
 
   PclCloud aligned;
-  try {
-    gicp.align(aligned, guess);
-  } catch (const std::exception&) {
-    // Too few pairs for its solver: it throws where its ICP reports a state.
-    result.time.align = watch.lap();
-    return;
-  }
+  gicp.align(aligned, guess);
   result.iterations = gicp.iterations();
-  const double fitness = gicp.getFitnessScore(options.max_distance);
+  const double fitness = gicp.getFitnessScore(options.icp.max_distance);
   if (gicp.getFinalTransformation().allFinite() && gicp.hasConverged() &&
       fitness < std::numeric_limits<double>::max()) {
     result.T_target_source = pose_of(gicp.getFinalTransformation());
     result.score = fitness;
     result.status =
-        result.iterations < options.max_iterations ? Status::converged : Status::max_iterations;
+        result.iterations < options.icp.max_iterations ? Status::converged : Status::max_iterations;
   }
   result.time.align = watch.lap();
 }
@@ -334,8 +290,8 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
                     const PclGlobalOptions& options, RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  check_cells(target.points, options.leaf);
-  check_cells(source.points, options.leaf);
+  check_cells(target, "target", "leaf", options.leaf);
+  check_cells(source, "source", "leaf", options.leaf);
   result.status = Status::no_overlap;
   const NormalCloud::Ptr moving =
       with_normals(thinned(source.points, options.leaf), 0, options.normal_radius);
@@ -346,7 +302,9 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
       with_normals(thinned(target.points, options.leaf), 0, options.normal_radius);
   const FeatureCloud::Ptr still_features = features_of(still, options.feature_radius);
   result.time.target = watch.lap();
-  if (moving->size() >= 5 && still->size() >= 5) {
+  // Of so many like features it takes one at random.
+  constexpr std::size_t candidates = 5;
+  if (moving->size() >= candidates && still->size() >= candidates) {
     pcl::SampleConsensusPrerejective<PointNormal, PointNormal, Feature> search;
     search.setInputSource(moving);
     search.setSourceFeatures(moving_features);
@@ -354,7 +312,7 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
     search.setTargetFeatures(still_features);
     search.setMaximumIterations(options.max_iterations);
     search.setNumberOfSamples(3);
-    search.setCorrespondenceRandomness(5);
+    search.setCorrespondenceRandomness(candidates);
     search.setSimilarityThreshold(static_cast<float>(options.similarity));
     search.setMaxCorrespondenceDistance(options.inlier_distance);
     search.setInlierFraction(static_cast<float>(options.inlier_part));
@@ -378,6 +336,16 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
 }
 
 }  // namespace
+
+RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& source,
+                                    const Pose& T_guess, const PclNdtOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_ndt);
+}
+
+RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
+                                    const Pose& T_guess, const PclIcpOptions& options) {
+  return registered(target, source, T_guess, options, run_pcl_icp);
+}
 
 RegistrationResult register_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
                                           const Pose& T_guess, const PclNormalOptions& options) {

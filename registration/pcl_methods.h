@@ -56,31 +56,24 @@ void fields(PclIcpOptions& o, Visitor&& field) {
 }
 
 struct PclNormalOptions {
-  SamplingOptions sampling = {};
-  double max_distance = 1.0;  // metres; pairs further apart are rejected
-  int neighbours = 20;        // from which normals are found: PCL's own for its GICP
-  double epsilon = 1e-8;      // squared metres, and 1 - cos of the rotation, of the last step
-  int max_iterations = 200;
+  PclIcpOptions icp = {};
+  int neighbours = 20;  // from which normals are found: PCL's own for its GICP
 };
 
 template <class Visitor>
 void fields(PclNormalOptions& o, Visitor&& field) {
-  fields(o.sampling, field);
-  field("max-distance", o.max_distance, above_up_to(0, 1000), "m",
-        "pairs of points further apart are rejected");
+  fields(o.icp, field);
   field("neighbours", o.neighbours, between(4, 1000), "", "points from which a normal is found");
-  field("epsilon", o.epsilon, above_up_to(0, 1), "m^2",
-        "a squared step below this ends the search");
-  field("max-iterations", o.max_iterations, between(1, 100000), "", "iterations");
 }
 
+/// Assumed, in proportion to each other as PCL's tutorials have them; not tuned.
 struct PclGlobalOptions {
   double leaf = 0.5;           // metres; both clouds are thinned to one point per cube of this side
   double normal_radius = 1.0;  // metres
-  double feature_radius = 2.5;  // metres
-  double inlier_distance = 0.75;
-  double inlier_part = 0.25;
-  double similarity = 0.9;  // of edge lengths
+  double feature_radius = 2.5;    // metres
+  double inlier_distance = 0.75;  // metres
+  double inlier_part = 0.25;      // of the points
+  double similarity = 0.9;        // of edge lengths
   int max_iterations = 20000;
 };
 
@@ -125,7 +118,8 @@ RegistrationResult register_pcl_gicp(const PointCloud& target, const PointCloud&
 /// Global: FPFH features (Rusu et al. 2009) and pcl::SampleConsensusPrerejective (Buch et al.
 /// 2013). T_guess has no part in it, but is what is returned with the status no_overlap, where no
 /// pose has support enough. Otherwise the status is converged and the score minus the part of the
-/// points that supports it: good for a start, not for a measurement. PCL draws triangles from the C
+/// points that supports it: good for a start, not for a measurement. iterations are max_iterations,
+/// since PCL keeps to itself how many it took. PCL draws triangles from the C
 /// library's generator, which is set to the same state each time; one search runs at a time.
 RegistrationResult register_pcl_global(const PointCloud& target, const PointCloud& source,
                                        const Pose& T_guess, const PclGlobalOptions& options = {});

@@ -36,8 +36,8 @@ void check_clouds(const PointCloud& target, const PointCloud& source, const Pose
 ///
 /// Clouds far from their origins (500 m or more: map coordinates) are moved near them first, the
 /// target by multiples of 1024 m, the source by whole metres, and the pose and covariance are given
-/// back for the original frames: turning about an origin 1e6 m away would leave nothing of the
-/// digits, and no search would find the way.
+/// back for the original frames (directions stay about the moved origin): turning about an origin
+/// 1e6 m away would leave nothing of the digits, and no search would find the way.
 ///
 /// A result no_overlap or degenerate gets the pose T_guess, to the last bit.
 ///
@@ -69,7 +69,7 @@ std::vector<Direction> directions_of(const Matrix6d& information, double length)
 
 /// What moves most under `step`: "along" or "across" the tunnel, or "vertical", with "turn about "
 /// before it where the rotation moves the points further than the translation. `axis` is the
-/// tunnel's direction in the target frame, z up.
+/// tunnel's direction in the target frame, z up, and not vertical.
 std::string direction_name(const Direction& direction, const Eigen::Vector3d& axis);
 
 }  // namespace minescan

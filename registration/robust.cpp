@@ -4,11 +4,10 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <optional>
-#include <stdexcept>
-#include <utility>
+#include <vector>
 
 #include "registration/ndt_field.h"
+#include "registration/ndt_sums.h"
 #include "registration/registered.h"
 #include "registration/sampling.h"
 #include "registration/search.h"
@@ -17,14 +16,17 @@
 namespace minescan {
 namespace {
 
-NdtField field_of(const NdtGrid& grid, int margin) {
-  std::optional<NdtField> field = ndt_field(grid, margin);
-  if (!field)
-    throw std::invalid_argument(
-        "the target's points are spread so widely that the cells between them do not fit into "
-        "memory (2^24 cells): choose a larger cell-size or leave out far points");
-  return *std::move(field);
-}
+// The searches, coarse to fine. How long their steps may be and when they end was found by trials,
+// as the defaults of RobustOptions: none of it matters much. Norms of (metres, radians).
+const SearchOptions through_blurs = {.optimiser = Optimiser::levenberg_marquardt,
+                                     .max_step = 1,
+                                     .stop_step = 0.02,
+                                     .max_iterations = 30};
+const SearchOptions compared = {.max_step = 0.3, .stop_step = 2e-3, .max_iterations = 15};
+const SearchOptions with_all_points = {.max_step = 0.2, .stop_step = 1e-3, .max_iterations = 50};
+const SearchOptions at_the_end = {.max_step = 0.2, .stop_step = 1e-4, .max_iterations = 50};
+// Two ends are the same if they are this part of a middle cell apart (assumed).
+constexpr double same_place = 0.2;
 
 /// `field`, which is made from `grid`, with every distribution blurred by a standard deviation of
 /// `blur` metres. Of a wall only the distance from its plane counts.
@@ -53,11 +55,11 @@ struct Levels {
       : fine_grid(small, grid_options(options)),
         middle_grid(medium, grid_options(options)),
         coarse_grid(twice_as_large(medium), grid_options(options)) {
-    if (fine_grid.cells().empty() || middle_grid.cells().empty()) return;
-    fine = field_of(fine_grid, 0);
-    middle = field_of(middle_grid, 0);
+    fine = checked_ndt_field(fine_grid);
+    middle = checked_ndt_field(middle_grid);
+    if (empty()) return;
     // Two cells more on each side, where every place looks at the cell nearest to it.
-    NdtField linked = field_of(coarse_grid, 2);
+    NdtField linked = checked_ndt_field(coarse_grid, 2);
     link_cells(linked);
     for (const double blur : options.blurs)
       walls.push_back(blurred(linked, coarse_grid, blur, true));
@@ -66,7 +68,7 @@ struct Levels {
       for (const double blur : options.blurs)
         bodies.push_back(blurred(linked, coarse_grid, blur, false));
   }
-  bool empty() const { return walls.empty(); }
+  bool empty() const { return fine.number.empty() || middle.number.empty(); }
   std::size_t bytes() const {
     std::size_t sum = fine.bytes() + middle.bytes();
     for (const std::vector<NdtField>* list : {&walls, &bodies})
@@ -147,14 +149,13 @@ class Candidates {
     const Pose by_bodies = refine(through(levels_.bodies, start));
     // The same place by two ways that are led astray by different things.
     const PoseError apart = pose_error(best_, by_bodies);
-    const double same = levels_.middle.side / 5;
+    const double same = same_place * levels_.middle.side;
     agreed_ = before < 0 && value_ >= before && apart.translation < same &&
               apart.rotation < same / searches_.length;
   }
   /// Refines `pose` in the middle cells and keeps it if it is the most likely.
   Pose refine(const Pose& pose) {
-    const Found found = searches_.run(levels_.middle, points_, pose,
-                                      {.max_step = 0.3, .stop_step = 2e-3, .max_iterations = 15});
+    const Found found = searches_.run(levels_.middle, points_, pose, compared);
     if (found.score.value < value_) {
       best_ = found.pose;
       value_ = found.score.value;
@@ -170,14 +171,7 @@ class Candidates {
   Pose through(const std::vector<NdtField>& blurs, const Pose& start) {
     Pose pose = start;
     for (const NdtField& field : blurs)
-      pose = searches_
-                 .run(field, points_, pose,
-                      {.optimiser = Optimiser::levenberg_marquardt,
-                       .max_step = 1,
-                       .stop_step = 0.02,
-                       .max_iterations = 30},
-                      axis_)
-                 .pose;
+      pose = searches_.run(field, points_, pose, through_blurs, axis_).pose;
     return pose;
   }
 
@@ -247,10 +241,8 @@ void run_robust(const PointCloud& target, const PointCloud& source, const Robust
   }
 
   const Pose coarse = coarse_pose(levels, coarse_points, searches, result.T_target_source, options);
-  const Found middle = searches.run(levels.middle, points, coarse,
-                                    {.max_step = 0.2, .stop_step = 1e-3, .max_iterations = 50});
-  const Found fine =
-      searches.run(levels.fine, points, middle.pose, {.max_step = 0.2, .max_iterations = 50});
+  const Found middle = searches.run(levels.middle, points, coarse, with_all_points);
+  const Found fine = searches.run(levels.fine, points, middle.pose, at_the_end);
   const NdtInformation information = ndt_information(levels.middle, fine.pose, points);
 
   result.T_target_source = fine.pose;

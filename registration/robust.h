@@ -22,7 +22,9 @@ struct RobustOptions {
   double eigenvalue_ratio = 100;  // as NdtGridOptions::eigenvalue_ratio
   // Metres: standard deviations by which the coarse cells are blurred, one search after the other.
   std::vector<double> blurs = {2, 1, 0.5, 0.25};
-  int bodies = 1;      // 1: cells are taken for bodies as well; 0: for walls only
+  // 1: cells are taken for bodies as well; 0: for walls only. A number, so that a study can vary
+  // it.
+  int bodies = 1;
   int turns = 1;       // further starts, turned about the vertical one way and the other
   double turn = 0.5;   // radians between them
   int slides = 6;      // further starts on either side along the axis of a tunnel
@@ -31,8 +33,8 @@ struct RobustOptions {
   // below this part of the largest: 0.04 to 0.2 in tunnels, 0.45 and more in a junction.
   double weak = 0.25;
   std::uint64_t seed = 1;
-  double min_overlap = 0.05;
-  double min_rank = 5e-4;  // as NdtOptions::min_rank
+  double min_overlap = 0.05;  // as NdtOptions::min_overlap, of densities; assumed
+  double min_rank = 5e-4;     // as NdtOptions::min_rank
 };
 
 template <class Visitor>

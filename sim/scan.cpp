@@ -119,9 +119,9 @@ struct Sweep {
   // How the head stands in the columns of a tile.
   using Planes = std::array<Kinematics::Plane, tile_size>;
 
-  // Scans neighbouring columns, a tile wide or less, from `first` on. place[c]: of the first point
+  // Scans neighbouring columns, a tile wide or less, from `first` on. places[c]: of the first point
   // of column first + c; afterwards behind its last one.
-  void scan_columns(std::size_t first, std::span<std::size_t> place, Scan& out) const;
+  void scan_columns(std::size_t first, std::span<std::size_t> places, Scan& out) const;
 
   // The stages. `shots` tell ring, column and number.
   void aim(const Planes& planes, Beams& beams) const;
@@ -344,10 +344,13 @@ void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
   }
 }
 
-void Sweep::scan_columns(std::size_t first, std::span<std::size_t> place, Scan& out) const {
+void Sweep::scan_columns(std::size_t first, std::span<std::size_t> places, Scan& out) const {
   const TileShape tile = tile_shape(scanner);
   const auto plane_beams = static_cast<std::size_t>(scanner.plane_beams);
-  const std::size_t columns = place.size();
+  const std::size_t columns = places.size();
+  // A copy: threads that count in neighbouring places would wait for each other.
+  std::array<std::size_t, tile_size> place;
+  std::copy(places.begin(), places.end(), place.begin());
 
   Planes planes;
   for (std::size_t c = 0; c < columns; ++c) {
@@ -371,8 +374,9 @@ void Sweep::scan_columns(std::size_t first, std::span<std::size_t> place, Scan& 
     aim(planes, beams);
     cast(beams);
     receive(beams);
-    record(planes, beams, out, place);
+    record(planes, beams, out, {place.data(), columns});
   }
+  std::copy_n(place.begin(), columns, places.begin());
 }
 
 void check_pose(const Pose& T_world_scanner) {

@@ -15,6 +15,7 @@
 #include "registration/ndt.h"
 #include "registration/ndt_field.h"
 #include "registration/ndt_score.h"
+#include "registration/ndt_sums.h"
 #include "scenes/scene.h"
 #include "scenes/scene_mesh.h"
 #include "sim/survey.h"
@@ -130,7 +131,13 @@ BENCHMARK_CAPTURE(against, icp_pcl, std::string("icp"), std::string("pcl-icp"))
     ->Unit(benchmark::kMillisecond)
     ->Iterations(8);
 
-BENCHMARK_CAPTURE(against, robust_pcl_ndt, std::string("robust"), std::string("pcl-ndt"))
+BENCHMARK_CAPTURE(against, gicp_pcl, std::string("gicp"), std::string("pcl-gicp"))
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(8);
+BENCHMARK_CAPTURE(against, icp_plane_pcl, std::string("icp-plane"), std::string("pcl-icp-plane"))
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(8);
+BENCHMARK_CAPTURE(against, robust_pcl_gicp, std::string("robust"), std::string("pcl-gicp"))
     ->Unit(benchmark::kMillisecond)
     ->Iterations(8);
 

@@ -240,6 +240,72 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
   EXPECT_EQ(content(folder / "mine/thesis.tex"), "years of work");
 }
 
+TEST(Register, TellsWhatHoldsThePose) {
+  const ScratchFolder folder;
+  ASSERT_EQ(run_minescan(joined({"survey", "junction", "--out", "data"}, small_survey()), folder)
+                .exit_code,
+            0);
+  const std::vector<std::string> command = {"register", "data/scans/0000.ply",
+                                            "data/scans/0001.ply", "--axis", "1,0,0"};
+  const ProgramResult text = run_minescan(command, folder);
+  EXPECT_NE(text.output.find("held least: "), std::string::npos) << text.output;
+  const Json json = Json::parse(run_minescan(joined(command, {"--json", "-"}), folder).output);
+  for (const char* key : {"evaluations", "empty_points", "outside_points"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  ASSERT_EQ(json["directions"].size(), 6u);
+  EXPECT_LT(json["directions"][0]["hold"], json["directions"][5]["hold"]);
+  EXPECT_FALSE(json["directions"][0]["name"].get<std::string>().empty());
+  for (const char* axis : {"1,0", "0,0,1", "a,b,c"})
+    EXPECT_EQ(
+        run_minescan({"register", "data/scans/0000.ply", "data/scans/0001.ply", "--axis", axis},
+                     folder)
+            .exit_code,
+        2)
+        << axis;
+}
+
+TEST(Sweep, TakesProgramsAndSeveralSurveys) {
+  const ScratchFolder folder;
+  for (const char* name : {"one", "two"})
+    ASSERT_EQ(run_minescan(joined({"survey", "junction", "--out", name}, small_survey()), folder)
+                  .exit_code,
+              0);
+  write_text(folder / "stay.yaml", "name: stay\ncommand: [cat, '{guess}']\n");
+  write_text(folder / "crash.yaml", "name: crash\ncommand: ['false']\n");
+  const std::vector<std::string> study = {"sweep",    "gate", "--set", "survey=one, two:0",
+                                          "--trials", "2",    "--set", "methods=ndt,stay.yaml"};
+  ASSERT_EQ(run_minescan(joined(study, {"--out", "r.db"}), folder).exit_code, 0);
+  const ProgramResult table = run_minescan({"export", "r.db", "--markdown", "-"}, folder);
+  for (const char* row :
+       {"| one/0 | ndt |", "| one/0 | stay |", "| two/0 | ndt |", "| two/0 | stay |"})
+    EXPECT_NE(table.output.find(row), std::string::npos) << row << " in\n" << table.output;
+
+  // What it prints can be given back, and finds everything done.
+  const ProgramResult config = run_minescan(joined(study, {"--print-config"}), folder);
+  ASSERT_EQ(config.exit_code, 0) << config.errors;
+  write_text(folder / "again.yaml", config.output);
+  const ProgramResult again = run_minescan({"sweep", "again.yaml", "--out", "r.db"}, folder);
+  EXPECT_EQ(again.exit_code, 0) << again.errors << config.output;
+  EXPECT_NE(again.output.find("8 were there, 0 run now"), std::string::npos) << again.output;
+
+  // A program that fails is its trials' affair; the others are run.
+  const ProgramResult crash = run_minescan({"sweep", "gate", "--set", "survey=one", "--trials", "2",
+                                            "--set", "methods=ndt,crash.yaml", "--out", "c.db"},
+                                           folder);
+  EXPECT_EQ(crash.exit_code, 1);
+  EXPECT_NE(crash.output.find("4 run now, 2 of them threw"), std::string::npos) << crash.output;
+  EXPECT_EQ(run_minescan(
+                {"register", "one/scans/0000.ply", "one/scans/0001.ply", "--method", "crash.yaml"},
+                folder)
+                .exit_code,
+            1);
+  for (const char* survey : {"survey=one:7", "survey=one:x", "survey=one,nothing"})
+    EXPECT_EQ(run_minescan({"sweep", "gate", "--set", survey, "--out", "n.db"}, folder).exit_code,
+              2)
+        << survey;
+  EXPECT_EQ(run_minescan({"export", "r.db"}, folder).exit_code, 2);
+}
+
 // A scanner of one's own is a row and what differs from it, for stations that are there and new
 // ones.
 TEST(Survey, TakesAScannerFromAFile) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -50,6 +51,12 @@ TEST(NumberCells, TakesPointsFarFromTheOthers) {
   points.push_back({0, 0, 1e6});
   EXPECT_THROW(number_cells(points, lattice, "cell-size"), std::invalid_argument);
   EXPECT_TRUE(number_cells({}, lattice, "cell-size").keys.empty());
+  for (const double nonsense :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    points = bumpy_tunnel(300, 1).points;
+    points[123].y() = nonsense;
+    EXPECT_THROW(number_cells(points, lattice, "cell-size"), std::invalid_argument);
+  }
 }
 
 TEST(Lattice, KeysAndIndicesAreInverse) {

@@ -8,6 +8,7 @@
 
 #include "clouds.h"
 #include "registration/ndt.h"
+#include "registration/ndt_sums.h"
 
 namespace minescan {
 namespace {

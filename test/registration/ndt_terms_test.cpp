@@ -7,6 +7,7 @@
 
 #include "clouds.h"
 #include "registration/ndt.h"
+#include "registration/ndt_sums.h"
 
 namespace minescan {
 namespace {
@@ -253,6 +254,20 @@ TEST(RegisterNdt, RefusesABoxOfTooManyCells) {
   std::vector<Eigen::Vector3d> points = bumpy_tunnel(2000, 1).points;
   for (int i = 0; i < 20; ++i) points.push_back({1e5 + 0.01 * i, 400.001 * 1e2, 0.02 * (i % 3)});
   EXPECT_THROW(ndt_fields(points, {}, {.endless = true}), std::invalid_argument);
+}
+
+TEST(NdtTerms, RefuseNeighboursOfDividedCells) {
+  for (const Discretisation kind : {Discretisation::octree, Discretisation::additive})
+    EXPECT_THROW(ndt_fields(bumpy_tunnel(2000, 1).points, {},
+                            {.discretisation = kind, .neighbourhood = Neighbourhood::faces}),
+                 std::invalid_argument);
+}
+
+TEST(RegisterNdt, RefusesFarPointsInABoxOfTooManyCells) {
+  PointCloud cloud = bumpy_tunnel(2000, 1);
+  for (int i = 0; i < 20; ++i) cloud.points.push_back({300 + 0.01 * i, 300, 300 + 0.02 * (i % 3)});
+  const NdtOptions options{.grid = {.cell_size = 0.5}, .far_distance = 5};
+  EXPECT_THROW(register_ndt(cloud, cloud, Pose::Identity(), options), std::invalid_argument);
 }
 
 }  // namespace
