@@ -42,21 +42,18 @@ double fade_slope(double t) { return 30 * t * t * (t * (t - 2) + 1); }
 
 /// The cell of a place and what its eight corners contribute.
 struct NoiseCell {
-  std::array<double, 3> t = {};           // place within the cell
-  std::array<double, 8> dot = {};         // corner i at (i & 1, i >> 1 & 1, i >> 2 & 1)
-  std::array<std::uint8_t, 8> pick = {};  // which gradient
+  std::array<double, 3> t = {};    // place within the cell
+  std::array<double, 8> dot = {};  // corner i at (i & 1, i >> 1 & 1, i >> 2 & 1)
+  std::array<const Eigen::Vector3d*, 8> gradient = {};
 
   NoiseCell(const Eigen::Vector3d& place, std::uint64_t seed) {
     const std::int64_t i = floor_of(place.x()), j = floor_of(place.y()), k = floor_of(place.z());
     t = {place.x() - static_cast<double>(i), place.y() - static_cast<double>(j),
          place.z() - static_cast<double>(k)};
-    const std::uint64_t low = static_cast<std::uint64_t>(i) * step_x +
-                              static_cast<std::uint64_t>(j) * step_y +
-                              static_cast<std::uint64_t>(k) * step_z + seed;
+    gradient = gradient_noise_corners(i, j, k, seed);
     for (std::size_t c = 0; c < 8; ++c) {
       const std::size_t a = c & 1, b = c >> 1 & 1, d = c >> 2;
-      pick[c] = static_cast<std::uint8_t>(mixed(low + a * step_x + b * step_y + d * step_z) & 255);
-      const Eigen::Vector3d& g = unit_gradients[pick[c]];
+      const Eigen::Vector3d& g = *gradient[c];
       dot[c] = g.x() * (t[0] - static_cast<double>(a)) + g.y() * (t[1] - static_cast<double>(b)) +
                g.z() * (t[2] - static_cast<double>(d));
     }
@@ -64,6 +61,19 @@ struct NoiseCell {
 };
 
 }  // namespace
+
+std::array<const Eigen::Vector3d*, 8> gradient_noise_corners(std::int64_t i, std::int64_t j,
+                                                             std::int64_t k, std::uint64_t seed) {
+  const std::uint64_t low = static_cast<std::uint64_t>(i) * step_x +
+                            static_cast<std::uint64_t>(j) * step_y +
+                            static_cast<std::uint64_t>(k) * step_z + seed;
+  std::array<const Eigen::Vector3d*, 8> gradients = {};
+  for (std::size_t c = 0; c < 8; ++c)
+    gradients[c] =
+        &unit_gradients[mixed(low + (c & 1) * step_x + (c >> 1 & 1) * step_y + (c >> 2) * step_z) &
+                        255];
+  return gradients;
+}
 
 double gradient_noise(const Eigen::Vector3d& place, std::uint64_t seed) {
   const NoiseCell cell(place, seed);
@@ -95,7 +105,7 @@ NoiseSlope gradient_noise_slope(const Eigen::Vector3d& place, std::uint64_t seed
     }
     const double all = weight[0] * weight[1] * weight[2];
     result.value += all * cell.dot[c];
-    result.slope += all * unit_gradients[cell.pick[c]];
+    result.slope += all * *cell.gradient[c];
     result.slope += cell.dot[c] * Eigen::Vector3d(change[0] * weight[1] * weight[2],
                                                   weight[0] * change[1] * weight[2],
                                                   weight[0] * weight[1] * change[2]);

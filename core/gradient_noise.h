@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 namespace minescan {
@@ -17,6 +18,11 @@ struct NoiseSlope {
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
 };
 NoiseSlope gradient_noise_slope(const Eigen::Vector3d& place, std::uint64_t seed);
+
+/// What the noise in a cell of the lattice is made of: the gradients at its corners, unit vectors;
+/// corner c at (i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)).
+std::array<const Eigen::Vector3d*, 8> gradient_noise_corners(std::int64_t i, std::int64_t j,
+                                                             std::int64_t k, std::uint64_t seed);
 
 /// Standard deviation over space. With unit gradients in all directions it is sqrt(8 I2) I0, where
 /// I0 = int (1-s)^2 dt = 181/462 and I2 = int (1-s)^2 t^2 dt = 535/18018 for s = 6t^5 - 15t^4 +
