@@ -106,7 +106,6 @@ struct Beams {
   std::array<double, tile_size> shifts;   // of the axes by fine relief, metres
   std::array<Footprint, tile_size> footprints;
   Light light;
-  std::array<std::uint8_t, tile_size * max_facets> sub_ray_of;  // each facet
   std::array<Echoes, tile_size> echoes;
 };
 
@@ -279,20 +278,20 @@ void Sweep::cast_footprints(Beams& beams) const {
 void Sweep::receive(Beams& beams) const {
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
   Light& light = beams.light;
-  light.beams = beams.count;
-  std::size_t facets = 0;
+  std::size_t sub_rays = 1;
+  for (std::size_t i = 0; i < beams.count; ++i)
+    sub_rays = std::max(sub_rays, beams.footprints[i].count);
+  light.clear(sub_rays);
   for (std::size_t i = 0; i < beams.count; ++i) {
     const Shot& shot = beams.shots[i];
     const Hit& axis = beams.hits[i];
     const Footprint& footprint = beams.footprints[i];
-    light.first[i] = facets;
     light.age[i] = age + shot.time;
     if (lost_in_dust(shot.number, axis)) continue;
     const std::span<const double> weights = footprint.weights();
     const auto add = [&](std::size_t k, double range, double signal) {
-      if (!(range >= scanner.min_range && range <= scanner.max_range)) return;
-      light.facets[facets] = {weights[k], range, signal};
-      beams.sub_ray_of[facets++] = static_cast<std::uint8_t>(k);
+      if (range >= scanner.min_range && range <= scanner.max_range)
+        light.set(k, i, {weights[k], range, signal});
     };
     if (axis.triangle != no_triangle)
       add(0, axis.range, reflectance[material_of[axis.triangle]] * axis.cosine);
@@ -303,7 +302,6 @@ void Sweep::receive(Beams& beams) const {
           reflectance[material_of[glance.triangle]] * static_cast<double>(glance.cosine));
     }
   }
-  light.first[beams.count] = facets;
   ranging.measure(light, {beams.echoes.data(), beams.count});
 }
 
@@ -330,7 +328,7 @@ void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
     const Beam nominal = kinematics.nominal(planes[shot.column], shot.ring);
     for (std::size_t e = 0; e < echoes.count; ++e) {
       const Echo& echo = echoes.echo[e];
-      const std::size_t k = beams.sub_ray_of[beams.light.first[i] + echo.facet];
+      const std::size_t k = echo.sub_ray;
       const Hit* hit = &beams.hits[i];
       Hit beside;
       Vector3d true_point = shot.origin + hit->range * shot.direction;
