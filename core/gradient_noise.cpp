@@ -6,10 +6,9 @@
 #include <numbers>
 
 namespace minescan {
-namespace {
 
-/// Directions spread evenly over the sphere (Fibonacci lattice); noise picks among them by hash.
-const std::array<Eigen::Vector3d, 256> unit_gradients = [] {
+// Directions spread evenly over the sphere (Fibonacci lattice).
+const std::array<Eigen::Vector3d, 256> noise_gradients = [] {
   std::array<Eigen::Vector3d, 256> directions = {};
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double z = 1 - (2 * static_cast<double>(i) + 1) / 256;
@@ -20,16 +19,7 @@ const std::array<Eigen::Vector3d, 256> unit_gradients = [] {
   return directions;
 }();
 
-std::uint64_t mixed(std::uint64_t h) {  // finaliser of SplitMix64 (Steele, Lea and Flood 2014)
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111eb;
-  return h ^ (h >> 31);
-}
-
-// Odd factors keep the places of a lattice apart before mixing; any large odd numbers do.
-constexpr std::uint64_t step_x = 0x9e3779b97f4a7c15;
-constexpr std::uint64_t step_y = 0xc2b2ae3d27d4eb4f;
-constexpr std::uint64_t step_z = 0x165667b19e3779f9;
+namespace {
 
 /// std::floor for numbers that fit; without SSE4.1 std::floor is a function call.
 std::int64_t floor_of(double x) {
@@ -50,9 +40,12 @@ struct NoiseCell {
     const std::int64_t i = floor_of(place.x()), j = floor_of(place.y()), k = floor_of(place.z());
     t = {place.x() - static_cast<double>(i), place.y() - static_cast<double>(j),
          place.z() - static_cast<double>(k)};
-    gradient = gradient_noise_corners(i, j, k, seed);
+    const std::uint64_t low = lattice_sum(i, j, k) + seed;
     for (std::size_t c = 0; c < 8; ++c) {
       const std::size_t a = c & 1, b = c >> 1 & 1, d = c >> 2;
+      const std::uint64_t step = lattice_sum(
+          static_cast<std::int64_t>(a), static_cast<std::int64_t>(b), static_cast<std::int64_t>(d));
+      gradient[c] = &noise_gradients[mixed_bits(low + step) & 255];
       const Eigen::Vector3d& g = *gradient[c];
       dot[c] = g.x() * (t[0] - static_cast<double>(a)) + g.y() * (t[1] - static_cast<double>(b)) +
                g.z() * (t[2] - static_cast<double>(d));
@@ -61,19 +54,6 @@ struct NoiseCell {
 };
 
 }  // namespace
-
-std::array<const Eigen::Vector3d*, 8> gradient_noise_corners(std::int64_t i, std::int64_t j,
-                                                             std::int64_t k, std::uint64_t seed) {
-  const std::uint64_t low = static_cast<std::uint64_t>(i) * step_x +
-                            static_cast<std::uint64_t>(j) * step_y +
-                            static_cast<std::uint64_t>(k) * step_z + seed;
-  std::array<const Eigen::Vector3d*, 8> gradients = {};
-  for (std::size_t c = 0; c < 8; ++c)
-    gradients[c] =
-        &unit_gradients[mixed(low + (c & 1) * step_x + (c >> 1 & 1) * step_y + (c >> 2) * step_z) &
-                        255];
-  return gradients;
-}
 
 double gradient_noise(const Eigen::Vector3d& place, std::uint64_t seed) {
   const NoiseCell cell(place, seed);
@@ -111,11 +91,6 @@ NoiseSlope gradient_noise_slope(const Eigen::Vector3d& place, std::uint64_t seed
                                                   weight[0] * weight[1] * change[2]);
   }
   return result;
-}
-
-std::uint64_t lattice_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint64_t seed) {
-  return mixed(static_cast<std::uint64_t>(i) * step_x + static_cast<std::uint64_t>(j) * step_y +
-               static_cast<std::uint64_t>(k) * step_z + seed);
 }
 
 }  // namespace minescan

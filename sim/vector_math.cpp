@@ -163,35 +163,49 @@ void MeetPlanes(TriangleHits& hits) {
 
 void ApplyRelief(ReliefHits& hits) {
   const hn::CappedTag<double, lanes> d;
+  const hn::Rebind<std::uint64_t, decltype(d)> u;
+  const hn::RebindToSigned<decltype(u)> s;
   using V = hn::Vec<decltype(d)>;
+  using I = hn::Vec<decltype(u)>;
+  // mixed_bits
+  const auto mix = [&](I h) {
+    h = hn::Xor(h, hn::ShiftRight<30>(h)) * hn::Set(u, 0xbf58476d1ce4e5b9);
+    h = hn::Xor(h, hn::ShiftRight<27>(h)) * hn::Set(u, 0x94d049bb133111eb);
+    return hn::Xor(h, hn::ShiftRight<31>(h));
+  };
   const auto set = [&](double x) { return hn::Set(d, x); };
-  const auto dot = [](const V* u, const V* v) {
-    return hn::Add(hn::Add(hn::Mul(u[0], v[0]), hn::Mul(u[1], v[1])), hn::Mul(u[2], v[2]));
+  const auto dot = [](const V* a, const V* b) {
+    return hn::Add(hn::Add(hn::Mul(a[0], b[0]), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2]));
   };
 
-  // The cells of the lattice, places within them, and the gradients at their corners.
-  std::array<ReliefHits::Doubles, 3> cell, within;
+  // The cells of the lattice, places within them, and the gradients at their corners: one by one,
+  // which is faster than instructions that gather.
+  std::array<ReliefHits::Doubles, 3> within;
+  std::array<std::array<std::uint64_t, lanes>, 8> pick;
   for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
-    V place[3];
-    for (std::size_t k = 0; k < 3; ++k) place[k] = hn::LoadU(d, &hits.place[k][i]);
+    const V place[3] = {hn::LoadU(d, &hits.place[0][i]), hn::LoadU(d, &hits.place[1][i]),
+                        hn::LoadU(d, &hits.place[2][i])};
+    I low = hn::Set(u, hits.seed);
     for (std::size_t k = 0; k < 3; ++k) {
       const V row[3] = {set(hits.to_lattice[k][0]), set(hits.to_lattice[k][1]),
                         set(hits.to_lattice[k][2])};
       const V on_lattice = dot(row, place);
-      const V low = hn::Floor(on_lattice);
-      hn::StoreU(low, d, &cell[k][i]);
-      hn::StoreU(hn::Sub(on_lattice, low), d, &within[k][i]);
+      const V cell = hn::Floor(on_lattice);
+      hn::StoreU(hn::Sub(on_lattice, cell), d, &within[k][i]);
+      low = hn::Add(low, hn::BitCast(u, hn::ConvertTo(s, cell)) *
+                             hn::Set(u, lattice_sum(k == 0, k == 1, k == 2)));
+    }
+    for (int c = 0; c < 8; ++c) {
+      const I corner = hn::Add(low, hn::Set(u, lattice_sum(c & 1, c >> 1 & 1, c >> 2)));
+      hn::StoreU(hn::And(mix(corner), hn::Set(u, 255)), u, &pick[static_cast<std::size_t>(c)][i]);
     }
   }
   std::array<std::array<ReliefHits::Doubles, 3>, 8> gradients;
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const auto corners = gradient_noise_corners(static_cast<std::int64_t>(cell[0][i]),
-                                                static_cast<std::int64_t>(cell[1][i]),
-                                                static_cast<std::int64_t>(cell[2][i]), hits.seed);
-    for (std::size_t c = 0; c < 8; ++c)
-      for (std::size_t k = 0; k < 3; ++k)
-        gradients[c][k][i] = (*corners[c])[static_cast<Eigen::Index>(k)];
-  }
+  for (std::size_t c = 0; c < 8; ++c)
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const double* gradient = noise_gradients[pick[c][i]].data();
+      for (std::size_t k = 0; k < 3; ++k) gradients[c][k][i] = gradient[k];
+    }
 
   const V one = set(1), height = set(hits.height), reach = set(hits.reach);
   for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
