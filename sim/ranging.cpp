@@ -84,7 +84,7 @@ void Ranging::measure_phase(const Light& light, std::span<Echoes> echoes) const 
     std::uint8_t flags = flag_none;
     if (readings.strongest[i] >= phase_->tones.back().interval) flags |= flag_wrapped;
     if (readings.saturated[i]) flags |= flag_saturated;
-    if (are_mixed(light, i)) flags |= flag_mixed_pixel;
+    if (light.sub_rays > 1 && are_mixed(light, i)) flags |= flag_mixed_pixel;
     if (readings.outlier[i]) flags |= flag_outlier;
     echoes[i].count = 1;
     echoes[i].echo[0] = {
