@@ -5,6 +5,7 @@
 #include "registration/icp.h"
 #include "registration/ndt.h"
 #include "registration/robust.h"
+#include "registration/voxel_gicp.h"
 #ifdef MINESCAN_PCL
 #include "registration/pcl_methods.h"
 #endif
@@ -49,6 +50,8 @@ const std::vector<Method>& methods() {
                  IcpOptions{.metric = IcpMetric::symmetric}),
       method_row("gicp", "generalized ICP: between planes of both clouds", register_icp,
                  IcpOptions{.metric = IcpMetric::generalized}),
+      method_row("vgicp", "generalized ICP with the mean distributions of cells of 1 m",
+                 register_voxel_gicp),
 #ifdef MINESCAN_PCL
       method_row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library",
                  register_pcl_ndt),
