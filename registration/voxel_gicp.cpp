@@ -18,37 +18,8 @@ Eigen::Matrix3d flat_covariance(const Eigen::Vector3d& normal, double flatness) 
   return Eigen::Matrix3d::Identity() - (1 - flatness) * normal * normal.transpose();
 }
 
-/// (I, -[y]x): how a point moves with (tau, omega), y being the rotated point.
-Eigen::Matrix<double, 3, 6> motion_of(const Eigen::Vector3d& y) {
-  Eigen::Matrix<double, 3, 6> J;
-  J << Eigen::Matrix3d::Identity(), -skew(y);
-  return J;
-}
-
 std::vector<Eigen::Vector3d> normals_of(const PointCloud& cloud, int neighbours) {
   return cloud.normals.empty() ? found_normals(cloud.points, neighbours) : cloud.normals;
-}
-
-/// What the last pairs say of the pose.
-void conclude(const std::vector<VoxelPair>& pairs, double length, const VoxelGicpOptions& options,
-              RegistrationResult& result) {
-  const Pose& T = result.T_target_source;
-  Matrix6d held = Matrix6d::Zero();
-  double weights = 0;
-  for (const VoxelPair& pair : pairs) {
-    const Vector6d along = motion_of(T.linear() * pair.point).transpose() * pair.voxel->normal;
-    held += pair.weight * along * along.transpose();
-    weights += pair.weight;
-  }
-  result.directions = directions_of(held, length);
-  if (!(result.directions.front().hold >= options.min_rank)) {
-    result.status = Status::degenerate;
-    return;
-  }
-  const Score score = voxel_score(pairs, T, Curvature::gauss_newton);
-  result.score = 2 * score.value / weights;
-  const double mean_weight = weights / static_cast<double>(pairs.size());
-  result.covariance = result.score / 3 * mean_weight * score.hessian.inverse();
 }
 
 void run_voxel_gicp(const PointCloud& target, const PointCloud& source,
@@ -69,42 +40,16 @@ void run_voxel_gicp(const PointCloud& target, const PointCloud& source,
 
   const double needed =
       std::max(6.0, options.min_overlap * static_cast<double>(used.points.size()));
-  std::vector<VoxelPair> pairs;
-  pairs.reserve(used.points.size());
-  std::size_t met = 0;
-  Pose& T = result.T_target_source;
-  const auto find = [&] {
-    ++result.evaluations;
-    met = pair_voxels(map, used, T, options, pairs);
-    if (static_cast<double>(met) < needed) result.status = Status::no_overlap;
+  const auto find = [&](const Pose& T, std::vector<QuadraticPair>& pairs) {
+    return pair_voxels(map, used, T, options, pairs);
   };
-  const Objective objective{
-      .score = [&](const Pose& pose,
-                   Curvature curvature) { return voxel_score(pairs, pose, curvature); },
-      .value =
-          [&](const Pose& pose) { return voxel_score(pairs, pose, Curvature::gauss_newton).value; },
-      .length = length};
-  SearchOptions step = options.search;
-  step.max_iterations = 1;
-  find();
-  while (result.status == Status::max_iterations &&
-         result.iterations < options.search.max_iterations) {
-    ++result.iterations;
-    const Found found = minimise(objective, T, step);
-    result.evaluations += found.evaluations;
-    T = found.pose;
-    find();
-    if (found.converged && result.status == Status::max_iterations)
-      result.status = Status::converged;
+  const PairsAtEnd end =
+      step_and_pair(find, needed, length, Motion::separate, options.search, result);
+  if (result.status != Status::no_overlap) {
+    const Matrix6d held = held_by(end.pairs, result.T_target_source);
+    conclude(end.pairs, held, length, options.min_rank, result);
   }
-  if (result.status != Status::no_overlap) conclude(pairs, length, options, result);
-  for (const Eigen::Vector3d& p : used.points) {
-    const Eigen::Vector3d moved = T * p;
-    if ((moved.array() < box.low.array()).any() || (moved.array() > box.high.array()).any())
-      ++result.outside_points;
-  }
-  result.outside_points = std::min(result.outside_points, used.points.size() - met);
-  result.empty_points = used.points.size() - met - result.outside_points;
+  count_unmet(used.points, end.met, box, result);
   result.time.align = watch.lap();
 }
 
@@ -142,7 +87,7 @@ const Voxel* VoxelMap::find(const std::array<int, 3>& cell) const {
 }
 
 std::size_t pair_voxels(const VoxelMap& map, const PointCloud& used, const Pose& T_target_source,
-                        const VoxelGicpOptions& options, std::vector<VoxelPair>& pairs) {
+                        const VoxelGicpOptions& options, std::vector<QuadraticPair>& pairs) {
   pairs.clear();
   std::size_t met = 0;
   for (std::size_t i = 0; i < used.points.size(); ++i) {
@@ -156,8 +101,8 @@ std::size_t pair_voxels(const VoxelMap& map, const PointCloud& used, const Pose&
       const Voxel* voxel = map.find(cell);
       if (!voxel) return;
       pairs.push_back({.point = used.points[i],
-                       .voxel = voxel,
-                       .information = (voxel->covariance + C).inverse(),
+                       .quadric = {.centre = voxel->mean, .A = (voxel->covariance + C).inverse()},
+                       .normal = voxel->normal,
                        .weight = options.count_weight ? voxel->count : 1});
     };
     pair_with(own);
@@ -173,25 +118,6 @@ std::size_t pair_voxels(const VoxelMap& map, const PointCloud& used, const Pose&
     met += pairs.size() > before;
   }
   return met;
-}
-
-Score voxel_score(const std::vector<VoxelPair>& pairs, const Pose& T_target_source,
-                  Curvature curvature) {
-  Score sum{.met = pairs.size()};
-  for (const VoxelPair& pair : pairs) {
-    const Eigen::Vector3d y = T_target_source.linear() * pair.point;
-    const Eigen::Vector3d d = y + T_target_source.translation() - pair.voxel->mean;
-    const Eigen::Matrix3d M = pair.weight * pair.information;
-    const Eigen::Vector3d v = M * d;
-    const Eigen::Matrix<double, 3, 6> J = motion_of(y);
-    sum.value += d.dot(v) / 2;
-    sum.gradient += J.transpose() * v;
-    sum.hessian += J.transpose() * (M * J);
-    if (curvature == Curvature::gauss_newton) continue;
-    sum.hessian.bottomRightCorner<3, 3>() += (v * y.transpose() + y * v.transpose()) / 2;
-    sum.hessian.bottomRightCorner<3, 3>().diagonal().array() -= v.dot(y);
-  }
-  return sum;
 }
 
 RegistrationResult register_voxel_gicp(const PointCloud& target, const PointCloud& source,

@@ -12,6 +12,7 @@
 #include "core/cloud.h"
 #include "core/fields.h"
 #include "registration/lattice.h"
+#include "registration/quadratic_pairs.h"
 #include "registration/result.h"
 #include "registration/sampling.h"
 #include "registration/search.h"
@@ -107,20 +108,10 @@ class VoxelMap {
   std::vector<Voxel> voxels_;
 };
 
-/// A source point and a cell that it is drawn to.
-struct VoxelPair {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // source frame
-  const Voxel* voxel = nullptr;
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // (C_voxel + R C_point R^T)^-1, 1/m^2
-  double weight = 1;
-};
-
-/// The pairs at a pose, point by point. Returns how many points have one; `pairs` is overwritten.
+/// The pairs at a pose, point by point: F = d^T (C_voxel + R C_point R^T)^-1 d, d being the
+/// distance from the mean, weighted with the count if options ask for it. Returns how many points
+/// have one; `pairs` is overwritten.
 std::size_t pair_voxels(const VoxelMap& map, const PointCloud& used, const Pose& T_target_source,
-                        const VoxelGicpOptions& options, std::vector<VoxelPair>& pairs);
-
-/// Half the sum of w d^T M d over fixed pairs, d = T p - mean.
-Score voxel_score(const std::vector<VoxelPair>& pairs, const Pose& T_target_source,
-                  Curvature curvature);
+                        const VoxelGicpOptions& options, std::vector<QuadraticPair>& pairs);
 
 }  // namespace minescan

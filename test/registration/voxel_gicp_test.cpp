@@ -3,10 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "clouds.h"
-#include "registration/newton.h"
 #include "registration/normals.h"
 
 namespace minescan {
@@ -69,47 +66,14 @@ TEST(VoxelGicp, SumsWhatThePaperDefines) {
     for (const bool count_weight : {true, false}) {
       const VoxelGicpOptions options{.neighbourhood = neighbourhood, .count_weight = count_weight};
       const VoxelMap map(target.points, target.normals, options.cell_size, options.flatness);
-      std::vector<VoxelPair> pairs;
+      std::vector<QuadraticPair> pairs;
       const std::size_t met = pair_voxels(map, source, near_identity, options, pairs);
       EXPECT_GT(met, 150u);
       EXPECT_LE(met, 200u);
       const double expected = value_by_hand(target, source, near_identity, options);
       // Rounding, times the condition 1 / flatness of the matrices.
-      EXPECT_NEAR(voxel_score(pairs, near_identity, Curvature::full).value, expected,
+      EXPECT_NEAR(quadratic_score(pairs, near_identity, Curvature::full).value, expected,
                   1e-11 * expected);
-    }
-  }
-}
-
-TEST(VoxelGicp, DerivativesMatchCentralDifferences) {
-  const PointCloud target = with_normals(bumpy_tunnel(5000, 1));
-  const PointCloud source = with_normals(bumpy_tunnel(500, 2));
-  const VoxelGicpOptions options{.neighbourhood = VoxelNeighbourhood::faces};
-  const VoxelMap map(target.points, target.normals, options.cell_size, options.flatness);
-  std::vector<VoxelPair> pairs;
-  pair_voxels(map, source, near_identity, options, pairs);
-  const Score score = voxel_score(pairs, near_identity, Curvature::full);
-  const double h = 1e-4;
-  for (int i = 0; i < 6; ++i) {
-    Vector6d step = Vector6d::Zero();
-    step[i] = h;
-    const Score up = voxel_score(pairs, stepped(near_identity, step), Curvature::full);
-    const Score down = voxel_score(pairs, stepped(near_identity, -step), Curvature::full);
-    // h^2 times third derivatives, which are as large as the second ones; rounding 1e-16 / h.
-    EXPECT_NEAR(score.gradient[i], (up.value - down.value) / (2 * h), 1e-7 * score.hessian(i, i));
-    EXPECT_NEAR(score.hessian(i, i), (up.value - 2 * score.value + down.value) / (h * h),
-                1e-6 * score.hessian(i, i));
-    for (int j = 0; j < i; ++j) {
-      Vector6d other = Vector6d::Zero();
-      other[j] = h;
-      const auto value = [&](const Vector6d& s) {
-        return voxel_score(pairs, stepped(near_identity, s), Curvature::full).value;
-      };
-      const double mixed =
-          (value(step + other) - value(step - other) - value(other - step) + value(-step - other)) /
-          (4 * h * h);
-      EXPECT_NEAR(score.hessian(i, j), mixed,
-                  1e-6 * std::sqrt(score.hessian(i, i) * score.hessian(j, j)));
     }
   }
 }
