@@ -38,22 +38,11 @@ bool uses_target_normals(const IcpOptions& o) {
 
 /// The used source points with their normals, in the source frame.
 PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
-  PointCloud used;
-  const std::vector<std::uint32_t> chosen = sample(source.points, options.sampling);
-  used.points.reserve(chosen.size());
-  for (const std::uint32_t i : chosen) used.points.push_back(source.points[i]);
-  if (!uses_source_normals(options)) return used;
-  used.normals.reserve(chosen.size());
-  if (!source.normals.empty()) {
-    for (const std::uint32_t i : chosen) used.normals.push_back(source.normals[i]);
-    return used;
-  }
-  const KdTree tree(used.points, options.leaf_size);
-  Normals normals(used, tree, options.neighbours);
-  std::vector<Eigen::Vector3d> list;
-  list.reserve(used.points.size());
-  for (std::uint32_t i = 0; i < used.points.size(); ++i) list.push_back(normals.of(i));
-  used.normals = std::move(list);
+  PointCloud used = *used_source(source, options.sampling);
+  if (!uses_source_normals(options))
+    used.normals.clear();
+  else if (used.normals.empty())
+    used.normals = found_normals(used.points, options.neighbours, options.leaf_size);
   return used;
 }
 
@@ -313,13 +302,15 @@ void conclude(const IcpPairs& pairs, const PointCloud& used, const IcpOptions& o
   result.covariance = result.score / coordinates * pull.information.inverse();
 }
 
-void run_icp(const PointCloud& target, const PointCloud& source, const IcpOptions& options,
+void run_icp(const PointCloud& whole_target, const PointCloud& source, const IcpOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
   const PointCloud used = used_cloud(source, options);
   result.used_points = used.points.size();
   result.time.source = watch.lap();
 
+  const UsedCloud used_of_target = used_target(whole_target, options.sampling);
+  const PointCloud& target = *used_of_target;
   const KdTree tree(target.points, options.leaf_size);
   Normals normals(target, tree, options.neighbours);
   result.target_bytes = tree.bytes();

@@ -2,9 +2,11 @@
 #include "registration/methods.h"
 
 #include "core/table.h"
+#include "registration/distance_quadrics.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
 #include "registration/robust.h"
+#include "registration/voxel_gicp.h"
 #ifdef MINESCAN_OPEN3D
 #include "registration/open3d_methods.h"
 #endif
@@ -52,6 +54,13 @@ const std::vector<Method>& methods() {
                  IcpOptions{.metric = IcpMetric::symmetric}),
       method_row("gicp", "generalized ICP: between planes of both clouds", register_icp,
                  IcpOptions{.metric = IcpMetric::generalized}),
+      method_row("vgicp", "generalized ICP with the mean distributions of cells of 1 m",
+                 register_voxel_gicp),
+      method_row("quadrics", "squared distance to second order, from curvatures of the target",
+                 register_distance_quadrics),
+      method_row("quadrics-octree", "squared distance from an octree of fitted quadrics",
+                 register_distance_quadrics,
+                 DistanceQuadricsOptions{.approximant = Approximant::octree}),
 #ifdef MINESCAN_PCL
       method_row("pcl-ndt", "NormalDistributionsTransform of the Point Cloud Library",
                  register_pcl_ndt),

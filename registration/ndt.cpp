@@ -120,7 +120,8 @@ void conclude(const Target& target, const Found& found, const std::vector<Eigen:
 void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
-  const std::vector<Eigen::Vector3d> points = sampled_points(source.points, options.sampling);
+  const UsedCloud used = used_source(source, options.sampling);
+  const std::vector<Eigen::Vector3d>& points = used->points;
   const double length = rms_distance(points);
   const PackedPoints packed(points);
   std::vector<Eigen::Vector3d> near, far;
@@ -130,6 +131,7 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
   result.used_points = points.size();
   result.time.source = watch.lap();
 
+  const UsedCloud built_from = used_target(target, options.sampling);
   const auto search = [&](const Objective& objective, const SearchOptions& how) {
     const Found found = minimise(objective, result.T_target_source, how);
     result.T_target_source = found.pose;
@@ -140,12 +142,12 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
   for (int level = options.levels - 1; level >= 0; --level) {
     NdtGridOptions grid = options.grid;
     grid.cell_size *= std::pow(options.level_ratio, level);
-    const Target cells(target.points, grid, options);
+    const Target cells(built_from->points, grid, options);
     std::size_t bytes = cells.bytes();
     if (!far.empty()) {
       NdtGridOptions larger = grid;
       larger.cell_size *= 2;
-      const Target far_cells(target.points, larger, options);
+      const Target far_cells(built_from->points, larger, options);
       bytes += far_cells.bytes();
       result.time.target += watch.lap();
       SearchOptions first = options.search;

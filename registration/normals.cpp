@@ -45,4 +45,15 @@ const Eigen::Vector3d& Normals::of(std::uint32_t index) {
   return found.normal;
 }
 
+std::vector<Eigen::Vector3d> found_normals(const std::vector<Eigen::Vector3d>& points,
+                                           int neighbours, int leaf_size) {
+  const PointCloud cloud{.points = points};
+  const KdTree tree(points, leaf_size);
+  Normals normals(cloud, tree, neighbours);
+  std::vector<Eigen::Vector3d> list;
+  list.reserve(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) list.push_back(normals.of(i));
+  return list;
+}
+
 }  // namespace minescan

@@ -37,4 +37,8 @@ class Normals {
   std::vector<Neighbour> nearest_;
 };
 
+/// The same for all points of a cloud without normals. O(N log N).
+std::vector<Eigen::Vector3d> found_normals(const std::vector<Eigen::Vector3d>& points,
+                                           int neighbours, int leaf_size = 10);
+
 }  // namespace minescan

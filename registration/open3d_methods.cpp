@@ -63,7 +63,7 @@ void run(const PointCloud& target, const PointCloud& source, const Open3dIcpOpti
   const auto find_normals = [](open3d::geometry::PointCloud& cloud, int neighbours) {
     if (neighbours > 0) cloud.EstimateNormals(open3d::geometry::KDTreeSearchParamKNN(neighbours));
   };
-  open3d::geometry::PointCloud moving(sampled_points(source.points, options.sampling));
+  open3d::geometry::PointCloud moving(used_source(source, options.sampling)->points);
   find_normals(moving, source_neighbours);
   const Pose guess = result.T_target_source;
   result.status = Status::no_overlap;
@@ -71,7 +71,7 @@ void run(const PointCloud& target, const PointCloud& source, const Open3dIcpOpti
   result.time.source = watch.lap();
 
   // Open3D builds its search tree when it registers.
-  open3d::geometry::PointCloud still(target.points);
+  open3d::geometry::PointCloud still(used_target(target, options.sampling)->points);
   find_normals(still, target_neighbours);
   result.time.target = watch.lap();
 

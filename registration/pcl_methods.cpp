@@ -92,22 +92,23 @@ void check_cells(const PointCloud& cloud, const char* name, const char* option, 
 void run_pcl_ndt(const PointCloud& target, const PointCloud& source, const PclNdtOptions& options,
                  RegistrationResult& result) {
   silence_pcl();
-  check_cells(target, "target", "cell-size", options.cell_size);
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const PclCloud::Ptr points = pcl_cloud(used_source(source, options.sampling)->points);
   const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
   result.status = Status::no_overlap;
   result.used_points = points->size();
   result.time.source = watch.lap();
 
   pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> ndt;
+  const UsedCloud built_from = used_target(target, options.sampling);
+  check_cells(*built_from, "target", "cell-size", options.cell_size);
   ndt.setMinPointPerVoxel(static_cast<unsigned>(options.min_cell_points));
   ndt.setResolution(static_cast<float>(options.cell_size));
   ndt.setStepSize(options.step_size);
   ndt.setOulierRatio(options.outlier_ratio);
   ndt.setTransformationEpsilon(options.epsilon);
   ndt.setMaximumIterations(options.max_iterations);
-  ndt.setInputTarget(pcl_cloud(target.points));
+  ndt.setInputTarget(pcl_cloud(built_from->points));
   ndt.setInputSource(points);
   result.time.target = watch.lap();
 
@@ -130,14 +131,14 @@ void run_pcl_icp(const PointCloud& target, const PointCloud& source, const PclIc
                  RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.sampling));
+  const PclCloud::Ptr points = pcl_cloud(used_source(source, options.sampling)->points);
   const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
   result.status = Status::no_overlap;
   result.used_points = points->size();
   result.time.source = watch.lap();
 
   CountingIcp<pcl::PointXYZ> icp;
-  icp.setInputTarget(pcl_cloud(target.points));
+  icp.setInputTarget(pcl_cloud(used_target(target, options.sampling)->points));
   icp.setInputSource(points);
   icp.getSearchMethodTarget()->setInputCloud(icp.getInputTarget());
   icp.setSearchMethodTarget(icp.getSearchMethodTarget(), true);
@@ -194,7 +195,7 @@ void run_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
                        const PclNormalOptions& options, RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.icp.sampling));
+  const PclCloud::Ptr points = pcl_cloud(used_source(source, options.icp.sampling)->points);
   const NormalCloud::Ptr moving(new NormalCloud);  // its normals are not looked at
   for (const pcl::PointXYZ& p : *points) {
     moving->emplace_back();
@@ -210,7 +211,8 @@ void run_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
   bool solved = true;
   estimation->solved = &solved;
   icp.setTransformationEstimation(CheckedPlaneEstimation::Base::Ptr(estimation));
-  const NormalCloud::Ptr still = with_normals(pcl_cloud(target.points), options.neighbours, 0);
+  const NormalCloud::Ptr still = with_normals(
+      pcl_cloud(used_target(target, options.icp.sampling)->points), options.neighbours, 0);
   icp.setInputTarget(still);
   icp.setInputSource(moving);
   result.time.target = watch.lap();
@@ -228,7 +230,7 @@ void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
                   const PclNormalOptions& options, RegistrationResult& result) {
   silence_pcl();
   Stopwatch watch;
-  const PclCloud::Ptr points = pcl_cloud(sampled_points(source.points, options.icp.sampling));
+  const PclCloud::Ptr points = pcl_cloud(used_source(source, options.icp.sampling)->points);
   const Eigen::Matrix4f guess = result.T_target_source.matrix().cast<float>();
   result.status = Status::no_overlap;
   result.used_points = points->size();
@@ -236,7 +238,8 @@ void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
 
   // Its covariances need as many points, or it goes on without them.
   const auto needed = static_cast<std::size_t>(options.neighbours);
-  if (points->size() < needed || target.points.size() < needed) return;
+  const PclCloud::Ptr still = pcl_cloud(used_target(target, options.icp.sampling)->points);
+  if (points->size() < needed || still->size() < needed) return;
   CountingGicp gicp;
   gicp.setMaxCorrespondenceDistance(options.icp.max_distance);
   gicp.setCorrespondenceRandomness(options.neighbours);
@@ -244,7 +247,7 @@ void run_pcl_gicp(const PointCloud& target, const PointCloud& source,
   gicp.setTransformationEpsilon(std::sqrt(options.icp.epsilon));
   gicp.setRotationEpsilon(std::sqrt(options.icp.epsilon));
   gicp.setMaximumIterations(options.icp.max_iterations);
-  gicp.setInputTarget(pcl_cloud(target.points));
+  gicp.setInputTarget(still);
   gicp.setInputSource(points);
   result.time.target = watch.lap();
 

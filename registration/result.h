@@ -45,11 +45,11 @@ struct RegistrationResult {
   Pose T_target_source = Pose::Identity();
   Status status = Status::not_run;
   int iterations = 0;
-  int evaluations = 0;  // how often the used points were gone through
-  double score = 0;     // the method's own objective at the end; lower is better
-  std::size_t target_points = 0;
-  std::size_t source_points = 0;
-  std::size_t used_points = 0;     // source points after sampling
+  int evaluations = 0;             // how often the used points were gone through
+  double score = 0;                // the method's own objective at the end; lower is better
+  std::size_t target_points = 0;   // of the cloud, before sampling
+  std::size_t source_points = 0;   // the same
+  std::size_t used_points = 0;     // source points after sampling (SamplingOptions::of)
   std::size_t empty_points = 0;    // of those, at the end: without a partner or a filled cell
   std::size_t outside_points = 0;  // and outside the target altogether; not counted as empty
   StageTimes time = {};
