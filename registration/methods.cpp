@@ -37,6 +37,10 @@ const std::vector<Method>& methods() {
                             .terms = {.endless = true},
                             .levels = 3,
                             .level_ratio = 4.0 / 3}),
+      method_row(
+          "ndt-merged",
+          "3D-NDT with cells of 2, 1 and 0.5 m, the larger ones put together from the smaller",
+          register_ndt, NdtOptions{.grid = {.cell_size = 0.5}, .levels = 3, .merged = true}),
       method_row("ndt-near-far", "3D-NDT with larger cells for far points at first", register_ndt,
                  NdtOptions{.far_distance = 10}),
       method_row("ndt-overlap", "3D-NDT with 8 lattices shifted by half a cell", register_ndt,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -62,6 +63,14 @@ NdtInformation information_of(const std::vector<NdtField>& fields, const Pose& p
   return sum;
 }
 
+/// Whether a point is scored by the one cell that it lies in, as in the paper's baseline.
+bool is_baseline(const NdtOptions& options) {
+  const NdtTermOptions& terms = options.terms;
+  return options.far_distance == 0 && terms.discretisation == Discretisation::fixed &&
+         terms.neighbourhood == Neighbourhood::own && !terms.linked && !terms.endless &&
+         terms.density == Density::normal;
+}
+
 /// The target in cells of one size, for one level.
 struct Target {
   std::vector<NdtField> fields = {};
@@ -71,20 +80,18 @@ struct Target {
 
   Target(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& grid,
          const NdtOptions& options) {
-    const NdtTermOptions& terms = options.terms;
-    const bool baseline = options.far_distance == 0 &&
-                          terms.discretisation == Discretisation::fixed &&
-                          terms.neighbourhood == Neighbourhood::own && !terms.linked &&
-                          !terms.endless && terms.density == Density::normal;
-    if (!baseline) {
-      fields = ndt_fields(points, grid, terms);
-      return;
-    }
-    plain.emplace(points, grid);
-    if (std::optional<NdtField> field = ndt_field(*plain)) {
+    if (is_baseline(options))
+      take(NdtGrid(points, grid));
+    else
+      fields = ndt_fields(points, grid, options.terms);
+  }
+  explicit Target(NdtGrid grid) { take(std::move(grid)); }
+
+  void take(NdtGrid grid) {
+    if (std::optional<NdtField> field = ndt_field(grid))
       fields.push_back(*std::move(field));
-      plain.reset();
-    }
+    else
+      plain = std::move(grid);
   }
   std::size_t bytes() const {
     std::size_t sum = plain ? plain->bytes() : 0;
@@ -117,6 +124,21 @@ void conclude(const Target& target, const Found& found, const std::vector<Eigen:
   }
 }
 
+/// The sums of all levels, the smallest cells first; none where each level goes through the points.
+std::vector<SummedCells> merged_cells(const std::vector<Eigen::Vector3d>& points,
+                                      const NdtOptions& options) {
+  std::vector<SummedCells> levels;
+  if (!options.merged) return levels;
+  if (options.level_ratio != 2 || !is_baseline(options))
+    throw std::invalid_argument(
+        "merged: expected level-ratio 2 and cells as in method ndt, neither divided nor linked, "
+        "with neighbours, endless, of near and far points or with a mixture");
+  levels.push_back(sum_cells(points, Lattice(options.grid.cell_size, options.grid.lattice_origin)));
+  while (static_cast<int>(levels.size()) < options.levels)
+    levels.push_back(twice_as_large(levels.back()));
+  return levels;
+}
+
 void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
              RegistrationResult& result) {
   Stopwatch watch;
@@ -139,10 +161,13 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
     result.evaluations += found.evaluations;
     return found;
   };
+  const std::vector<SummedCells> merged = merged_cells(built_from->points, options);
   for (int level = options.levels - 1; level >= 0; --level) {
     NdtGridOptions grid = options.grid;
     grid.cell_size *= std::pow(options.level_ratio, level);
-    const Target cells(built_from->points, grid, options);
+    const Target cells = merged.empty()
+                             ? Target(built_from->points, grid, options)
+                             : Target(NdtGrid(merged[static_cast<std::size_t>(level)], grid));
     std::size_t bytes = cells.bytes();
     if (!far.empty()) {
       NdtGridOptions larger = grid;

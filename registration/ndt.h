@@ -20,6 +20,10 @@ struct NdtOptions {
   // first with cells of cell_size * level_ratio^(levels - 1), the last with cell_size.
   int levels = 1;
   double level_ratio = 2;
+  // The cells of a level are put together from those of the next, so that the points are gone
+  // through once (paper, section 4.3.4, which proposes it). Only of undivided cells and with a
+  // level_ratio of 2.
+  bool merged = false;
   // Near and far (Takeuchi and Tsubouchi 2006): source points this far from their scanner and
   // further, in metres, are scored in cells twice as large until a step is below 0.01 or ten
   // iterations are over. 0: all in the same. The distances and the switch are assumed.
@@ -38,6 +42,9 @@ void fields(NdtOptions& o, Visitor&& field) {
   fields(o.sampling, field);
   field("levels", o.levels, between(1, 10), "", "registrations with ever smaller cells");
   field("level-ratio", o.level_ratio, between(1, 10), "", "cell size of a level / of the next");
+  field("merged", o.merged,
+        "cells of a level are put together from the smaller ones of the next, 8 for 1; needs "
+        "level-ratio 2 and cells that are neither divided, linked nor several to a point");
   field("far-distance", o.far_distance, between(0, 10000), "m",
         "at first, source points this far from the scanner are scored in cells twice as large; 0: "
         "not");

@@ -44,6 +44,35 @@ TEST(RegisterNdt, FindsItCoarseToFineFromFurther) {
   EXPECT_LT(pose_error(Pose::Identity(), result.T_target_source).rotation, 0.001);
 }
 
+// Sums of sums differ from sums of points by rounding.
+TEST(RegisterNdt, MergedLevelsAreThoseOfThePoints) {
+  const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
+  const auto run = [&](bool merged) {
+    return register_ndt(target, source, near_identity,
+                        {.grid = {.cell_size = 0.5}, .levels = 3, .merged = merged});
+  };
+  const RegistrationResult merged = run(true), apart = run(false);
+  EXPECT_EQ(merged.status, Status::converged);
+  EXPECT_EQ(merged.iterations, apart.iterations);
+  EXPECT_EQ(merged.target_bytes, apart.target_bytes);
+  EXPECT_LT(pose_error(apart.T_target_source, merged.T_target_source).translation, 1e-9);
+}
+
+TEST(RegisterNdt, MergesOnlyUndividedCellsByTwo) {
+  const PointCloud cloud = bumpy_tunnel(1000, 1);
+  const auto refuses = [&](NdtOptions options) {
+    options.merged = true;
+    EXPECT_THROW(register_ndt(cloud, cloud, Pose::Identity(), options), std::invalid_argument);
+  };
+  refuses({.level_ratio = 1.5});
+  refuses({.far_distance = 5});
+  refuses({.terms = {.discretisation = Discretisation::octree}});
+  refuses({.terms = {.neighbourhood = Neighbourhood::faces}});
+  refuses({.terms = {.linked = true}});
+  refuses({.terms = {.endless = true}});
+  refuses({.terms = {.density = Density::mixture}});
+}
+
 TEST(RegisterNdt, OneLevelIsTheBaselineWhateverTheRatio) {
   const PointCloud target = bumpy_tunnel(10000, 1), source = bumpy_tunnel(10000, 2);
   const auto run = [&](double level_ratio) {
