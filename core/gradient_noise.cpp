@@ -6,10 +6,9 @@
 #include <numbers>
 
 namespace minescan {
-namespace {
 
-/// Directions spread evenly over the sphere (Fibonacci lattice); noise picks among them by hash.
-const std::array<Eigen::Vector3d, 256> unit_gradients = [] {
+// Directions spread evenly over the sphere (Fibonacci lattice).
+const std::array<Eigen::Vector3d, 256> noise_gradients = [] {
   std::array<Eigen::Vector3d, 256> directions = {};
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double z = 1 - (2 * static_cast<double>(i) + 1) / 256;
@@ -20,16 +19,7 @@ const std::array<Eigen::Vector3d, 256> unit_gradients = [] {
   return directions;
 }();
 
-std::uint64_t mixed(std::uint64_t h) {  // finaliser of SplitMix64 (Steele, Lea and Flood 2014)
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111eb;
-  return h ^ (h >> 31);
-}
-
-// Odd factors keep the places of a lattice apart before mixing; any large odd numbers do.
-constexpr std::uint64_t step_x = 0x9e3779b97f4a7c15;
-constexpr std::uint64_t step_y = 0xc2b2ae3d27d4eb4f;
-constexpr std::uint64_t step_z = 0x165667b19e3779f9;
+namespace {
 
 /// std::floor for numbers that fit; without SSE4.1 std::floor is a function call.
 std::int64_t floor_of(double x) {
@@ -42,21 +32,21 @@ double fade_slope(double t) { return 30 * t * t * (t * (t - 2) + 1); }
 
 /// The cell of a place and what its eight corners contribute.
 struct NoiseCell {
-  std::array<double, 3> t = {};           // place within the cell
-  std::array<double, 8> dot = {};         // corner i at (i & 1, i >> 1 & 1, i >> 2 & 1)
-  std::array<std::uint8_t, 8> pick = {};  // which gradient
+  std::array<double, 3> t = {};    // place within the cell
+  std::array<double, 8> dot = {};  // corner i at (i & 1, i >> 1 & 1, i >> 2 & 1)
+  std::array<const Eigen::Vector3d*, 8> gradient = {};
 
   NoiseCell(const Eigen::Vector3d& place, std::uint64_t seed) {
     const std::int64_t i = floor_of(place.x()), j = floor_of(place.y()), k = floor_of(place.z());
     t = {place.x() - static_cast<double>(i), place.y() - static_cast<double>(j),
          place.z() - static_cast<double>(k)};
-    const std::uint64_t low = static_cast<std::uint64_t>(i) * step_x +
-                              static_cast<std::uint64_t>(j) * step_y +
-                              static_cast<std::uint64_t>(k) * step_z + seed;
+    const std::uint64_t low = lattice_sum(i, j, k) + seed;
     for (std::size_t c = 0; c < 8; ++c) {
       const std::size_t a = c & 1, b = c >> 1 & 1, d = c >> 2;
-      pick[c] = static_cast<std::uint8_t>(mixed(low + a * step_x + b * step_y + d * step_z) & 255);
-      const Eigen::Vector3d& g = unit_gradients[pick[c]];
+      const std::uint64_t step = lattice_sum(
+          static_cast<std::int64_t>(a), static_cast<std::int64_t>(b), static_cast<std::int64_t>(d));
+      gradient[c] = &noise_gradients[mixed_bits(low + step) & 255];
+      const Eigen::Vector3d& g = *gradient[c];
       dot[c] = g.x() * (t[0] - static_cast<double>(a)) + g.y() * (t[1] - static_cast<double>(b)) +
                g.z() * (t[2] - static_cast<double>(d));
     }
@@ -95,17 +85,12 @@ NoiseSlope gradient_noise_slope(const Eigen::Vector3d& place, std::uint64_t seed
     }
     const double all = weight[0] * weight[1] * weight[2];
     result.value += all * cell.dot[c];
-    result.slope += all * unit_gradients[cell.pick[c]];
+    result.slope += all * *cell.gradient[c];
     result.slope += cell.dot[c] * Eigen::Vector3d(change[0] * weight[1] * weight[2],
                                                   weight[0] * change[1] * weight[2],
                                                   weight[0] * weight[1] * change[2]);
   }
   return result;
-}
-
-std::uint64_t lattice_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint64_t seed) {
-  return mixed(static_cast<std::uint64_t>(i) * step_x + static_cast<std::uint64_t>(j) * step_y +
-               static_cast<std::uint64_t>(k) * step_z + seed);
 }
 
 }  // namespace minescan

@@ -7,6 +7,9 @@
 #include "registration/ndt.h"
 #include "registration/robust.h"
 #include "registration/voxel_gicp.h"
+#ifdef MINESCAN_OPEN3D
+#include "registration/open3d_methods.h"
+#endif
 #ifdef MINESCAN_PCL
 #include "registration/pcl_methods.h"
 #endif
@@ -68,6 +71,12 @@ const std::vector<Method>& methods() {
                  register_pcl_gicp),
       method_row("pcl-fpfh", "global start by features and sample consensus, Point Cloud Library",
                  register_pcl_global),
+#endif
+#ifdef MINESCAN_OPEN3D
+      method_row("open3d-icp", "RegistrationICP of Open3D", register_open3d_icp),
+      method_row("open3d-icp-plane", "the same with the distance from tangent planes",
+                 register_open3d_icp_plane),
+      method_row("open3d-gicp", "RegistrationGeneralizedICP of Open3D", register_open3d_gicp),
 #endif
   };
   return table;

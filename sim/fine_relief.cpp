@@ -3,10 +3,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
+#include <cstddef>
 #include <numbers>
 
 #include "core/gradient_noise.h"
 #include "core/random.h"
+#include "sim/vector_math.h"
 
 namespace minescan {
 
@@ -24,24 +27,38 @@ FineRelief::FineRelief(const Material& material) {
   seed_ = derived_seed(0, "fine relief");  // the stone's, not the scan's
 }
 
-double FineRelief::apply(const Ray& ray, Hit& hit) const {
-  const Vector3d place = ray.origin + hit.range * ray.direction;
-  const NoiseSlope noise = gradient_noise_slope(to_lattice_ * place, seed_);
-  // A surface seen edge-on moves by the reach, but not if its height is 0: no 0 / 0.
-  const double shift =
-      -std::clamp(height_ * noise.value / std::max(hit.cosine, 1e-9), -reach_, reach_);
-  hit.range += shift;
-  // The surface at height h(p) above the plane has the normal n - grad h, of the part of the
-  // gradient in the plane.
-  Vector3d slope = height_ * (to_lattice_.transpose() * noise.slope);
-  slope -= slope.dot(hit.normal) * hit.normal;
-  // A side that faces away would be hidden; seen is one that faces the scanner by a tenth of what
-  // the triangle does (assumed).
-  const double away = -slope.dot(ray.direction);
-  if (away > 0.9 * hit.cosine) slope *= 0.9 * hit.cosine / away;
-  hit.normal = (hit.normal - slope).normalized();
-  hit.cosine = std::clamp(-hit.normal.dot(ray.direction), 0.0, 1.0);
-  return shift;
+void FineRelief::apply(std::span<const Ray> rays, std::span<const std::uint8_t> chosen,
+                       std::span<Hit> hits, std::span<double> shifts) const {
+  assert(!chosen.empty() && chosen.size() <= lanes);
+  ReliefHits lanes_of;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t l = 0; l < 3; ++l)
+      lanes_of.to_lattice[k][l] =
+          to_lattice_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
+  lanes_of.height = height_;
+  lanes_of.reach = reach_;
+  lanes_of.seed = seed_;
+  // Lanes without a hit repeat the last one, so that they hold numbers.
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::uint8_t from = chosen[std::min(i, chosen.size() - 1)];
+    const Ray& ray = rays[from];
+    const Hit& hit = hits[from];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      lanes_of.place[k][i] = ray.origin[axis] + hit.range * ray.direction[axis];
+      lanes_of.direction[k][i] = ray.direction[axis];
+      lanes_of.normal[k][i] = hit.normal[axis];
+    }
+    lanes_of.cosine[i] = hit.cosine;
+  }
+  apply_relief(lanes_of);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    Hit& hit = hits[chosen[i]];
+    hit.range += lanes_of.shift[i];
+    hit.cosine = lanes_of.cosine[i];
+    hit.normal = {lanes_of.normal[0][i], lanes_of.normal[1][i], lanes_of.normal[2][i]};
+    shifts[chosen[i]] = lanes_of.shift[i];
+  }
 }
 
 }  // namespace minescan

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 
 #include "core/cloud.h"
 #include "sim/raycaster.h"
@@ -22,9 +23,11 @@ class FineRelief {
   /// Whether there is any.
   bool exists() const { return height_ > 0; }
 
-  /// Turns `hit` of `ray` into what it is with the relief. Returns by how much the range has
-  /// become longer, metres.
-  double apply(const Ray& ray, Hit& hit) const;
+  /// Turns those of `hits` that `chosen` lists into what they are with the relief; rays[i] met
+  /// hits[i], and shifts[i] becomes by how much its range is longer then, metres. At most 16 are
+  /// chosen.
+  void apply(std::span<const Ray> rays, std::span<const std::uint8_t> chosen, std::span<Hit> hits,
+             std::span<double> shifts) const;
 
  private:
   Eigen::Matrix3d to_lattice_ = Eigen::Matrix3d::Zero();  // from the world

@@ -8,46 +8,19 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
-#include "sim/footprint.h"
+#include "sim/light.h"
+#include "sim/phase_receiver.h"
 #include "sim/scanner.h"
-#include "sim/vector_math.h"
 
 namespace minescan {
-
-/// What one sub-ray of a beam met.
-struct Facet {
-  double weight = 1;  // share of the beam's light
-  double range = 0;   // metres, above 0
-  double signal = 0;  // reflectance * cos(incidence)
-};
-
-/// Most facets of a beam and tones of a scanner.
-inline constexpr std::size_t max_facets = all_sub_rays;
-inline constexpr std::size_t max_tones = 4;
-
-/// The light of up to 16 beams on its way into the receiver.
-struct Light {
-  std::size_t beams = 0;
-  std::array<std::size_t, lanes + 1> first = {};  // beam i has the facets first[i] ... first[i + 1]
-  std::array<Facet, lanes * max_facets> facets;   // the first of each beam is nearest to its axis
-  // Standard normal numbers: block b, number j of beam i is normals[b][j][i]. Number 3 of block 0
-  // is left to others than the receiver.
-  std::array<std::array<Lanes, 4>, 1 + max_tones / 2> normals = {};
-  std::array<double, lanes> age = {};  // seconds since the instrument was switched on
-
-  std::span<const Facet> of(std::size_t beam) const {
-    return {facets.data() + first[beam], first[beam + 1] - first[beam]};
-  }
-};
 
 /// One measured return.
 struct Echo {
   double range = 0;  // metres, in [0, largest tone) if there are tones
   float amplitude = 0;
-  std::uint8_t flags = 0;  // of ScanFlag
-  std::uint8_t facet = 0;  // of the beam, the first one whose light made it
+  std::uint8_t flags = 0;    // of ScanFlag
+  std::uint8_t sub_ray = 0;  // of the beam, the first one whose light made it
 };
 
 /// The returns of one beam, by range.
@@ -75,34 +48,21 @@ class Ranging {
   explicit Ranging(const Scanner& scanner);
 
   /// How many blocks of normal numbers `measure` reads, at least 1.
-  std::size_t blocks() const { return blocks_; }
+  std::size_t blocks() const { return phase_ ? phase_->blocks() : 1; }
 
   /// Measures what each beam met; beams without facets have no return. `echoes` is as long as
   /// there are beams.
   void measure(const Light& light, std::span<Echoes> echoes) const;
 
  private:
-  double bias(double age) const;
   void measure_phase(const Light& light, std::span<Echoes> echoes) const;
-  Echoes measure_pulse(std::span<const Facet> facets, const std::array<float, max_returns>& normal,
-                       double bias) const;
+  Echoes measure_pulse(const Light& light, std::size_t beam) const;
   // The return of a pulse with this much light from this range, unless it is too weak, too near or
   // too far.
   std::optional<Echo> pulse_echo(double range, double light, float normal, double bias) const;
 
-  struct Tone {
-    double interval = 1;  // metres
-    double per_metre = 1;
-    float depth = 1;
-  };
-
   Scanner scanner_;
-  std::vector<Tone> tones_ = {};
-  std::size_t blocks_ = 1;
-  double phase_steps_ = 1;  // per turn
-  double phase_step_ = 1;
-  float noise_floor_ = 0;   // variance of each component
-  float noise_signal_ = 0;  // its growth per amplitude
+  std::optional<PhaseReceiver> phase_ = {};
 };
 
 /// Amplitude received from a surface, without noise; `signal` is its reflectance times the cosine

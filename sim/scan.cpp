@@ -10,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
@@ -39,19 +40,25 @@ TileShape tile_shape(const Scanner& s) {
   return s.pattern == Pattern::risley ? TileShape{16, 1} : TileShape{4, 4};
 }
 
-// Calls visit(array) for every per-point array of a scan, from several threads.
-template <class Visit>
-void for_each_array(Scan& scan, const Visit& visit) {
-  const auto arrays =
-      std::tie(scan.cloud.points, scan.intensity, scan.time, scan.ring, scan.column, scan.range,
-               scan.true_range, scan.true_point, scan.incidence, scan.true_normal, scan.triangle,
-               scan.material, scan.flags, scan.echo);
-  parallel_for(std::tuple_size_v<decltype(arrays)>, 1, [&](std::size_t wanted, std::size_t) {
-    std::size_t number = 0;
-    const auto visit_wanted = [&](auto& array) {
-      if (number++ == wanted) visit(array);
-    };
-    std::apply([&](auto&... array) { (visit_wanted(array), ...); }, arrays);
+// Every per-point array of a scan.
+auto arrays_of(Scan& scan) {
+  return std::tie(scan.cloud.points, scan.intensity, scan.time, scan.ring, scan.column, scan.range,
+                  scan.true_range, scan.true_point, scan.incidence, scan.true_normal, scan.triangle,
+                  scan.material, scan.flags, scan.echo);
+}
+
+// Calls visit(array...) for each of them, with the same ones of other scans, from several threads.
+template <class Visit, class... Scans>
+void for_each_array(const Visit& visit, Scans&... scans) {
+  constexpr std::size_t arrays = std::tuple_size_v<decltype(arrays_of(std::declval<Scan&>()))>;
+  parallel_for(arrays, 1, [&](std::size_t wanted, std::size_t) {
+    [&]<std::size_t... number>(std::index_sequence<number...>) {
+      const auto visit_wanted = [&]<std::size_t n>(std::integral_constant<std::size_t, n>) {
+        if (n == wanted) visit(std::get<n>(arrays_of(scans))...);
+      };
+      (visit_wanted(std::integral_constant<std::size_t, number>{}), ...);
+    }
+    (std::make_index_sequence<arrays>{});
   });
 }
 
@@ -72,7 +79,6 @@ struct Shot {
   double time = 0;                        // seconds
   Vector3d origin = Vector3d::Zero();     // of the beam as it goes, in the frame of the scan
   Vector3d direction = Vector3d::Zero();  // unit
-  double shift = 0;                       // metres, by fine relief
 };
 
 // The sub-rays of a beam, as far as they were cast.
@@ -97,9 +103,9 @@ struct Beams {
   std::array<Ray, tile_size> axes;        // world frame
   std::array<Vector3d, tile_size> along;  // world frame, Beam::along; of footprints only
   std::array<Hit, tile_size> hits;        // of the axes
+  std::array<double, tile_size> shifts;   // of the axes by fine relief, metres
   std::array<Footprint, tile_size> footprints;
   Light light;
-  std::array<std::uint8_t, tile_size * max_facets> sub_ray_of;  // each facet
   std::array<Echoes, tile_size> echoes;
 };
 
@@ -131,6 +137,8 @@ struct Sweep {
   void record(const Planes& planes, const Beams& beams, Scan& out,
               std::span<std::size_t> place) const;
 
+  // Gives the hits of the axes the relief of their materials.
+  void apply_reliefs(Beams& beams) const;
   // By how much fine relief moves a triangle that a sub-ray of beam i met, metres.
   double shift_of(const Beams& beams, std::size_t i, std::uint32_t triangle) const;
   // Casts what the footprints need beyond the axes.
@@ -191,11 +199,28 @@ void Sweep::aim(const Planes& planes, Beams& beams) const {
 void Sweep::cast(Beams& beams) const {
   caster.cast_packet({beams.axes.data(), beams.count}, scanner.max_range, beams.hits);
   if (scanner.sub_rays > 1) cast_footprints(beams);
+  apply_reliefs(beams);
+}
+
+void Sweep::apply_reliefs(Beams& beams) const {
+  beams.shifts.fill(0);
+  if (reliefs.empty()) return;
+  const std::vector<std::uint8_t>& material_of = caster.mesh().material;
+  const auto material = [&](std::size_t i) { return material_of[beams.hits[i].triangle]; };
+  std::array<bool, tile_size> done;
+  for (std::size_t i = 0; i < beams.count; ++i)
+    done[i] = beams.hits[i].triangle == no_triangle || !reliefs[material(i)].exists();
   for (std::size_t i = 0; i < beams.count; ++i) {
-    beams.shots[i].shift = 0;
-    if (beams.hits[i].triangle == no_triangle || reliefs.empty()) continue;
-    const FineRelief& relief = reliefs[caster.mesh().material[beams.hits[i].triangle]];
-    if (relief.exists()) beams.shots[i].shift = relief.apply(beams.axes[i], beams.hits[i]);
+    if (done[i]) continue;
+    // All beams that met the same material.
+    std::array<std::uint8_t, tile_size> chosen;
+    std::size_t count = 0;
+    for (std::size_t j = i; j < beams.count; ++j) {
+      if (done[j] || material(j) != material(i)) continue;
+      chosen[count++] = static_cast<std::uint8_t>(j);
+      done[j] = true;
+    }
+    reliefs[material(i)].apply(beams.axes, {chosen.data(), count}, beams.hits, beams.shifts);
   }
 }
 
@@ -253,20 +278,20 @@ void Sweep::cast_footprints(Beams& beams) const {
 void Sweep::receive(Beams& beams) const {
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
   Light& light = beams.light;
-  light.beams = beams.count;
-  std::size_t facets = 0;
+  std::size_t sub_rays = 1;
+  for (std::size_t i = 0; i < beams.count; ++i)
+    sub_rays = std::max(sub_rays, beams.footprints[i].count);
+  light.clear(sub_rays);
   for (std::size_t i = 0; i < beams.count; ++i) {
     const Shot& shot = beams.shots[i];
     const Hit& axis = beams.hits[i];
     const Footprint& footprint = beams.footprints[i];
-    light.first[i] = facets;
     light.age[i] = age + shot.time;
     if (lost_in_dust(shot.number, axis)) continue;
     const std::span<const double> weights = footprint.weights();
     const auto add = [&](std::size_t k, double range, double signal) {
-      if (!(range >= scanner.min_range && range <= scanner.max_range)) return;
-      light.facets[facets] = {weights[k], range, signal};
-      beams.sub_ray_of[facets++] = static_cast<std::uint8_t>(k);
+      if (range >= scanner.min_range && range <= scanner.max_range)
+        light.set(k, i, {weights[k], range, signal});
     };
     if (axis.triangle != no_triangle)
       add(0, axis.range, reflectance[material_of[axis.triangle]] * axis.cosine);
@@ -277,15 +302,13 @@ void Sweep::receive(Beams& beams) const {
           reflectance[material_of[glance.triangle]] * static_cast<double>(glance.cosine));
     }
   }
-  light.first[beams.count] = facets;
   ranging.measure(light, {beams.echoes.data(), beams.count});
 }
 
 double Sweep::shift_of(const Beams& beams, std::size_t i, std::uint32_t triangle) const {
   const std::uint32_t axis = beams.hits[i].triangle;
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
-  return axis != no_triangle && material_of[axis] == material_of[triangle] ? beams.shots[i].shift
-                                                                           : 0;
+  return axis != no_triangle && material_of[axis] == material_of[triangle] ? beams.shifts[i] : 0;
 }
 
 void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
@@ -305,7 +328,7 @@ void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
     const Beam nominal = kinematics.nominal(planes[shot.column], shot.ring);
     for (std::size_t e = 0; e < echoes.count; ++e) {
       const Echo& echo = echoes.echo[e];
-      const std::size_t k = beams.sub_ray_of[beams.light.first[i] + echo.facet];
+      const std::size_t k = echo.sub_ray;
       const Hit* hit = &beams.hits[i];
       Hit beside;
       Vector3d true_point = shot.origin + hit->range * shot.direction;
@@ -424,31 +447,26 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
   if (!scanner.fine_relief || std::none_of(sweep.reliefs.begin(), sweep.reliefs.end(), has_relief))
     sweep.reliefs.clear();
 
-  for_each_array(result, [&](auto& array) { array.reserve(planes * column_size); });
-  // Some columns at a time, while the memory that they are written to is in the processor's cache.
-  // Each has room for all that its beams may return, so that any thread may write it; afterwards
-  // they close up.
+  for_each_array([&](auto& array) { array.reserve(planes * column_size); }, result);
+  // Some columns at a time, in memory that stays in the processor's cache, where each has room for
+  // all that its beams may return, so that any thread may write it.
   const auto tile_columns = static_cast<std::size_t>(tile_shape(scanner).columns);
   const std::size_t batch = 2 * static_cast<std::size_t>(available_threads()) * tile_columns;
+  Scan some;
+  for_each_array([&](auto& array) { array.resize(batch * column_size); }, some);
   std::vector<std::size_t> place(batch);
   for (std::size_t begin = 0; begin < planes; begin += batch) {
     const std::size_t columns = std::min(batch, planes - begin);
-    const std::size_t before = result.range.size();
-    const auto column_begin = [&](std::size_t c) { return before + c * column_size; };
-    for_each_array(result, [&](auto& array) { array.resize(column_begin(columns)); });
-    for (std::size_t c = 0; c < columns; ++c) place[c] = column_begin(c);
+    for (std::size_t c = 0; c < columns; ++c) place[c] = c * column_size;
     parallel_for(columns, tile_columns, [&](std::size_t first, std::size_t last) {
-      sweep.scan_columns(begin + first, {&place[first], last - first}, result);
+      sweep.scan_columns(begin + first, {&place[first], last - first}, some);
     });
-    for_each_array(result, [&](auto& array) {
-      std::size_t to = before;
-      for (std::size_t c = 0; c < columns; ++c) {
-        const std::size_t count = place[c] - column_begin(c);
-        if (to != column_begin(c)) std::copy_n(&array[column_begin(c)], count, &array[to]);
-        to += count;
-      }
-      array.erase(array.begin() + static_cast<std::ptrdiff_t>(to), array.end());
-    });
+    for_each_array(
+        [&](auto& all, const auto& part) {
+          for (std::size_t c = 0; c < columns; ++c)
+            all.insert(all.end(), &part[c * column_size], &part[place[c]]);
+        },
+        result, some);
   }
   return result;
 }

@@ -3,6 +3,8 @@
 
 #include <numbers>
 
+#include "core/gradient_noise.h"
+
 // This file is compiled once for each kind of processor.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sim/vector_math.cpp"
@@ -159,6 +161,120 @@ void MeetPlanes(TriangleHits& hits) {
   }
 }
 
+void ApplyRelief(ReliefHits& hits) {
+  const hn::CappedTag<double, lanes> d;
+  const hn::Rebind<std::uint64_t, decltype(d)> u;
+  const hn::RebindToSigned<decltype(u)> s;
+  using V = hn::Vec<decltype(d)>;
+  using I = hn::Vec<decltype(u)>;
+  // mixed_bits
+  const auto mix = [&](I h) {
+    h = hn::Xor(h, hn::ShiftRight<30>(h)) * hn::Set(u, 0xbf58476d1ce4e5b9);
+    h = hn::Xor(h, hn::ShiftRight<27>(h)) * hn::Set(u, 0x94d049bb133111eb);
+    return hn::Xor(h, hn::ShiftRight<31>(h));
+  };
+  const auto set = [&](double x) { return hn::Set(d, x); };
+  const auto dot = [](const V* a, const V* b) {
+    return hn::Add(hn::Add(hn::Mul(a[0], b[0]), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2]));
+  };
+
+  // The cells of the lattice, places within them, and the gradients at their corners: one by one,
+  // which is faster than instructions that gather.
+  std::array<ReliefHits::Doubles, 3> within;
+  std::array<std::array<std::uint64_t, lanes>, 8> pick;
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const V place[3] = {hn::LoadU(d, &hits.place[0][i]), hn::LoadU(d, &hits.place[1][i]),
+                        hn::LoadU(d, &hits.place[2][i])};
+    I low = hn::Set(u, hits.seed);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V row[3] = {set(hits.to_lattice[k][0]), set(hits.to_lattice[k][1]),
+                        set(hits.to_lattice[k][2])};
+      const V on_lattice = dot(row, place);
+      const V cell = hn::Floor(on_lattice);
+      hn::StoreU(hn::Sub(on_lattice, cell), d, &within[k][i]);
+      low = hn::Add(low, hn::BitCast(u, hn::ConvertTo(s, cell)) *
+                             hn::Set(u, lattice_sum(k == 0, k == 1, k == 2)));
+    }
+    for (int c = 0; c < 8; ++c) {
+      const I corner = hn::Add(low, hn::Set(u, lattice_sum(c & 1, c >> 1 & 1, c >> 2)));
+      hn::StoreU(hn::And(mix(corner), hn::Set(u, 255)), u, &pick[static_cast<std::size_t>(c)][i]);
+    }
+  }
+  std::array<std::array<ReliefHits::Doubles, 3>, 8> gradients;
+  for (std::size_t c = 0; c < 8; ++c)
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const double* gradient = noise_gradients[pick[c][i]].data();
+      for (std::size_t k = 0; k < 3; ++k) gradients[c][k][i] = gradient[k];
+    }
+
+  const V one = set(1), height = set(hits.height), reach = set(hits.reach);
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    // As gradient_noise_slope: the weights of the two corners along each axis, and their slopes.
+    V t[3], weight[3][2], change[3][2];
+    for (std::size_t k = 0; k < 3; ++k) {
+      t[k] = hn::LoadU(d, &within[k][i]);
+      const V fade =
+          hn::Mul(hn::Mul(hn::Mul(t[k], t[k]), t[k]),
+                  hn::Add(hn::Mul(t[k], hn::Sub(hn::Mul(set(6), t[k]), set(15))), set(10)));
+      const V slope = hn::Mul(hn::Mul(hn::Mul(set(30), t[k]), t[k]),
+                              hn::Add(hn::Mul(t[k], hn::Sub(t[k], set(2))), one));
+      weight[k][0] = hn::Sub(one, fade);
+      weight[k][1] = fade;
+      change[k][0] = hn::Neg(slope);
+      change[k][1] = slope;
+    }
+    V value = hn::Zero(d);
+    V noise_slope[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for (std::size_t c = 0; c < 8; ++c) {
+      const std::size_t at[3] = {c & 1, c >> 1 & 1, c >> 2};
+      V gradient[3], from_corner[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        gradient[k] = hn::LoadU(d, &gradients[c][k][i]);
+        from_corner[k] = hn::Sub(t[k], set(static_cast<double>(at[k])));
+      }
+      const V along = dot(gradient, from_corner);
+      const V xy = hn::Mul(weight[0][at[0]], weight[1][at[1]]);
+      const V all = hn::Mul(xy, weight[2][at[2]]);
+      value = hn::MulAdd(all, along, value);
+      const V turn[3] = {hn::Mul(hn::Mul(change[0][at[0]], weight[1][at[1]]), weight[2][at[2]]),
+                         hn::Mul(hn::Mul(weight[0][at[0]], change[1][at[1]]), weight[2][at[2]]),
+                         hn::Mul(xy, change[2][at[2]])};
+      for (std::size_t k = 0; k < 3; ++k)
+        noise_slope[k] = hn::MulAdd(along, turn[k], hn::MulAdd(all, gradient[k], noise_slope[k]));
+    }
+
+    V direction[3], normal[3], slope[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      direction[k] = hn::LoadU(d, &hits.direction[k][i]);
+      normal[k] = hn::LoadU(d, &hits.normal[k][i]);
+      const V column[3] = {set(hits.to_lattice[0][k]), set(hits.to_lattice[1][k]),
+                           set(hits.to_lattice[2][k])};
+      slope[k] = hn::Mul(height, dot(column, noise_slope));
+    }
+    V cosine = hn::LoadU(d, &hits.cosine[i]);
+    // A surface seen edge-on moves by the reach, but not if its height is 0: no 0 / 0.
+    const V rise = hn::Div(hn::Mul(height, value), hn::Max(cosine, set(1e-9)));
+    hn::StoreU(hn::Neg(hn::Clamp(rise, hn::Neg(reach), reach)), d, &hits.shift[i]);
+    // The surface at height h(p) above the plane has the normal n - grad h, of the part of the
+    // gradient in the plane.
+    const V off_plane = dot(slope, normal);
+    for (std::size_t k = 0; k < 3; ++k) slope[k] = hn::Sub(slope[k], hn::Mul(off_plane, normal[k]));
+    // A side that faces away would be hidden; seen is one that faces the scanner by a tenth of what
+    // the triangle does (assumed).
+    const V away = hn::Neg(dot(slope, direction));
+    const V most = hn::Mul(set(0.9), cosine);
+    const V part = hn::IfThenElse(hn::Gt(away, most), hn::Div(most, away), one);
+    for (std::size_t k = 0; k < 3; ++k) normal[k] = hn::Sub(normal[k], hn::Mul(part, slope[k]));
+    const V scale = hn::Div(one, hn::Sqrt(dot(normal, normal)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal[k] = hn::Mul(normal[k], scale);
+      hn::StoreU(normal[k], d, &hits.normal[k][i]);
+    }
+    cosine = hn::Clamp(hn::Neg(dot(normal, direction)), hn::Zero(d), one);
+    hn::StoreU(cosine, d, &hits.cosine[i]);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace minescan
 HWY_AFTER_NAMESPACE();
@@ -171,6 +287,7 @@ HWY_EXPORT(ArcTangent);
 HWY_EXPORT(ArcCosine);
 HWY_EXPORT(ExponentialMinus1);
 HWY_EXPORT(MeetPlanes);
+HWY_EXPORT(ApplyRelief);
 HWY_EXPORT(FourNormals);
 
 void sine_cosine(const float* angle, float* sine, float* cosine, std::size_t count) {
@@ -183,6 +300,7 @@ void arc_cosine(const float* x, float* angle, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ArcCosine)(x, angle, count);
 }
 void meet_planes(TriangleHits& hits) { HWY_DYNAMIC_DISPATCH(MeetPlanes)(hits); }
+void apply_relief(ReliefHits& hits) { HWY_DYNAMIC_DISPATCH(ApplyRelief)(hits); }
 void exponential_minus_1(const float* x, float* result, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ExponentialMinus1)(x, result, count);
 }

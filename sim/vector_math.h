@@ -43,4 +43,18 @@ struct TriangleHits {
 };
 void meet_planes(TriangleHits& hits);
 
+/// Hits on a surface with relief, which FineRelief tells of.
+struct ReliefHits {
+  using Doubles = TriangleHits::Doubles;
+  std::array<std::array<double, 3>, 3> to_lattice;  // rows; world to lattice of the noise
+  double height;                                    // metres per unit of noise
+  double reach;                                     // metres along the beam
+  std::uint64_t seed;
+  std::array<Doubles, 3> place, direction;  // where the ray met the triangle; unit
+  std::array<Doubles, 3> normal;            // of the triangle; becomes that of the relief
+  Doubles cosine;                           // likewise
+  Doubles shift;                            // result: the range becomes longer by this
+};
+void apply_relief(ReliefHits& hits);
+
 }  // namespace minescan

@@ -24,19 +24,19 @@ std::vector<Echoes> measured(const Scanner& s, const std::vector<Facet>& facets,
   std::vector<Echoes> all;
   for (std::uint64_t first = 0; first < count; first += lanes) {
     Light light;
-    light.beams = std::min<std::size_t>(lanes, count - first);
+    const std::size_t beams = std::min<std::size_t>(lanes, count - first);
+    light.clear(facets.size());
     std::array<std::uint64_t, lanes> streams = {};
-    for (std::size_t i = 0; i < light.beams; ++i) {
+    for (std::size_t i = 0; i < beams; ++i) {
       streams[i] = first + i;
       light.age[i] = age;
-      for (const Facet& facet : facets) light.facets[light.first[i + 1]++] = facet;
-      if (i + 1 < light.beams) light.first[i + 2] = light.first[i + 1];
+      for (std::size_t k = 0; k < facets.size(); ++k) light.set(k, i, facets[k]);
     }
     for (std::size_t block = 0; block < ranging.blocks(); ++block)
       four_normals(17, streams, block, light.normals[block]);
     std::array<Echoes, lanes> echoes;
-    ranging.measure(light, {echoes.data(), light.beams});
-    all.insert(all.end(), echoes.begin(), echoes.begin() + static_cast<long>(light.beams));
+    ranging.measure(light, {echoes.data(), beams});
+    all.insert(all.end(), echoes.begin(), echoes.begin() + static_cast<long>(beams));
   }
   return all;
 }
@@ -100,7 +100,7 @@ TEST(Pulse, WithoutErrorsIsExact) {
     ASSERT_EQ(echoes.size(), 1u);
     EXPECT_EQ(echoes[0].range, range);
     EXPECT_EQ(echoes[0].flags, flag_none);
-    EXPECT_EQ(echoes[0].facet, 0);
+    EXPECT_EQ(echoes[0].sub_ray, 0);
     EXPECT_FLOAT_EQ(echoes[0].amplitude, static_cast<float>(amplitude(Scanner{}, range, 0.14)));
   }
   EXPECT_TRUE(exact(Scanner{}, {}).empty());
@@ -140,13 +140,13 @@ TEST(Pulse, NearSurfacesMergeAtTheirMeanUnlessOneOutshinesTheOther) {
   EXPECT_NEAR(at(0.25).range, 5.75, 1e-4);
   EXPECT_NEAR(at(0.5).range, 5.5, 1e-4);
   EXPECT_EQ(at(0.5).flags, flag_mixed_pixel);
-  EXPECT_EQ(at(0.5).facet, 0);
+  EXPECT_EQ(at(0.5).sub_ray, 0);
   s.pulse_capture = 0.7;
   EXPECT_NEAR(at(0.25).range, 6, 1e-12);
-  EXPECT_EQ(at(0.25).facet, 0);
+  EXPECT_EQ(at(0.25).sub_ray, 0);
   EXPECT_NEAR(at(0.5).range, 5.5, 1e-4);
   EXPECT_NEAR(at(0.75).range, 5, 1e-12);
-  EXPECT_EQ(at(0.75).facet, 1);  // whose truth belongs to it
+  EXPECT_EQ(at(0.75).sub_ray, 1);  // whose truth belongs to it
   EXPECT_EQ(at(0.75).flags, flag_mixed_pixel);
   // Closer than surface_gap they are one surface, seen in the mean without a flag.
   const Echo smooth = exact(s, {{0.5, 5.05, 0.4}, {0.5, 5, 0.4}}).at(0);
@@ -160,9 +160,9 @@ TEST(Pulse, FarSurfacesAreSeveralReturnsByRange) {
   std::vector<Echo> echoes = exact(s, three);
   ASSERT_EQ(echoes.size(), 2u);  // the strongest ones
   EXPECT_EQ(echoes[0].range, 5);
-  EXPECT_EQ(echoes[0].facet, 2);
+  EXPECT_EQ(echoes[0].sub_ray, 2);
   EXPECT_EQ(echoes[1].range, 20);
-  EXPECT_EQ(echoes[1].facet, 0);
+  EXPECT_EQ(echoes[1].sub_ray, 0);
   EXPECT_EQ(echoes[0].flags, flag_mixed_pixel);
   s.returns = 1;
   echoes = exact(s, three);

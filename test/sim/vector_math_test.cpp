@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "core/gradient_noise.h"
 #include "core/random.h"
 
 namespace minescan {
@@ -170,6 +172,65 @@ TEST(VectorMath, RaysMeetPlanesWhereTheFormulaSays) {
       EXPECT_NEAR(hits.range[i], normal[i].dot(a[i] - origin[i]) / -cosine, 1e-11 / cosine);
     }
   }
+}
+
+// Random hits, against the formulas of FineRelief for one, written with Eigen.
+TEST(VectorMath, ReliefIsThatOfTheNoiseOneByOne) {
+  using Eigen::Vector3d;
+  const Eigen::Matrix3d to_lattice =
+      7 * Eigen::AngleAxisd(1, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const double height = 0.03, reach = 0.08;
+  std::size_t beyond_reach = 0, turned_away = 0;
+  for (std::uint64_t trial = 0; trial < 100; ++trial) {
+    ReliefHits hits;
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t l = 0; l < 3; ++l)
+        hits.to_lattice[k][l] =
+            to_lattice(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
+    hits.height = height;
+    hits.reach = reach;
+    hits.seed = trial;
+    std::array<Vector3d, lanes> place, normal, direction;
+    for (std::size_t i = 0; i < lanes; ++i) {
+      Random random(trial, i);
+      const auto vector = [&]() -> Vector3d {
+        const double x = random.normal(), y = random.normal(), z = random.normal();
+        return {x, y, z};
+      };
+      place[i] = 20 * vector();
+      normal[i] = vector().normalized();
+      direction[i] = vector().normalized();
+      if (direction[i].dot(normal[i]) > 0) direction[i] = -direction[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        hits.place[k][i] = place[i][axis];
+        hits.normal[k][i] = normal[i][axis];
+        hits.direction[k][i] = direction[i][axis];
+      }
+      hits.cosine[i] = -normal[i].dot(direction[i]);
+    }
+    apply_relief(hits);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const NoiseSlope noise = gradient_noise_slope(to_lattice * place[i], trial);
+      const double cosine = -normal[i].dot(direction[i]);
+      const double rise = height * noise.value / cosine;
+      beyond_reach += std::abs(rise) > reach;
+      Vector3d slope = height * to_lattice.transpose() * noise.slope;
+      slope -= slope.dot(normal[i]) * normal[i];
+      const double away = -slope.dot(direction[i]);
+      turned_away += away > 0.9 * cosine;
+      if (away > 0.9 * cosine) slope *= 0.9 * cosine / away;
+      const Vector3d tilted = (normal[i] - slope).normalized();
+      const Vector3d found(hits.normal[0][i], hits.normal[1][i], hits.normal[2][i]);
+      // Rounding of places of size 7 * 60 in the lattice, 1e-13, times the noise's steepest slope;
+      // magnified at grazing incidence.
+      EXPECT_NEAR(hits.shift[i], -std::clamp(rise, -reach, reach), 1e-12 / cosine);
+      EXPECT_LT((found - tilted).norm(), 1e-11);
+      EXPECT_NEAR(hits.cosine[i], -tilted.dot(direction[i]), 1e-11);
+    }
+  }
+  EXPECT_GT(beyond_reach, 20u);
+  EXPECT_GT(turned_away, 20u);
 }
 
 }  // namespace
