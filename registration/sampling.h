@@ -124,7 +124,7 @@ std::size_t direction_buckets();
 ///          nothing
 /// returns  indices in the order of choice; wanted <= points.size()
 /// cost     O(N log N)
-/// source   Gelfand, Ikemoto, Rusinkiewicz, Levoy 2003, section 4
+/// source   Gelfand, Ikemoto, Rusinkiewicz, Levoy 2003
 std::vector<std::uint32_t> sample_stable(const std::vector<Eigen::Vector3d>& points,
                                          const std::vector<Eigen::Vector3d>& normals,
                                          std::size_t wanted);

@@ -32,7 +32,7 @@ struct VoxelGicpOptions {
   SamplingOptions sampling = {};
   double cell_size = 1.0;  // metres; assumed, as for 3D-NDT
   VoxelNeighbourhood neighbourhood = VoxelNeighbourhood::own;
-  bool count_weight = true;  // Koide et al. 2021, eq. 15; later code of the authors has none
+  bool count_weight = true;  // Koide et al. 2021; small_gicp, of the same authors, has none
   int neighbours = 10;       // from which normals are found; as IcpOptions::neighbours
   double flatness = 1e-3;    // a ratio of variances (Segal et al. 2009)
   // Of one pairing after the other: every iteration is one step with new pairs.

@@ -153,6 +153,18 @@ TEST(DirectionBands, CutTheSphereIntoEqualAreas) {
   EXPECT_EQ(direction_bucket({std::nan(""), 0, 1}), direction_buckets());
 }
 
+TEST(DirectionBands, AreAboutAsWideAsHigh) {
+  const double degree = std::numbers::pi / 180;
+  for (const DirectionBand& band : direction_bands()) {
+    const double height = std::asin(band.high) - std::asin(band.low);
+    const double middle = std::cos(std::asin(band.low) + height / 2);
+    const double width = 2 * std::numbers::pi * middle / static_cast<double>(band.sectors);
+    // 15 degrees, but for the rounding of 3 (at the poles) to 24 sectors.
+    EXPECT_NEAR(height, 15 * degree, 1 * degree);
+    EXPECT_NEAR(width, 15 * degree, 1 * degree);
+  }
+}
+
 TEST(DirectionBands, FillEvenlyWithUniformDirections) {
   std::vector<double> count(direction_buckets());
   Random random(7, 0);
