@@ -107,6 +107,40 @@ HWY_INLINE void add(const SymmetricSum& block, double* sum) {
   for (const V& v : block.ww) *sum++ += sum_of_lanes(v);
 }
 
+/// Four numbers that stand together in the rows that begin at base[0], base[1], ..., `from` being
+/// where they stand in row 0: one vector per number. Turned in registers, four rows to a part of
+/// 128 bits: instructions that gather take three times as long and more.
+HWY_INLINE void load_four(const float* from, const std::int32_t* base, V (&number)[4]) {
+  const Float d;
+#if HWY_TARGET == HWY_SCALAR
+  for (int k = 0; k < 4; ++k) number[k] = hn::Set(d, from[base[0] + k]);
+#else
+  const std::size_t parts = hn::Lanes(d) / 4;
+  V row[4];  // part p of row[j]: the numbers of row 4 p + j
+  for (std::size_t j = 0; j < 4; ++j) {
+    row[j] = hn::LoadDup128(d, from + base[4 * (parts - 1) + j]);
+    for (std::size_t p = parts - 1; p-- > 0;)
+      row[j] = hn::IfThenElse(hn::FirstN(d, 4 * (p + 1)), hn::LoadDup128(d, from + base[4 * p + j]),
+                              row[j]);
+  }
+  const hn::Repartition<double, Float> pairs;
+  const auto low = [&](V a, V b) HWY_ATTR {
+    return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+  };
+  const auto high = [&](V a, V b) HWY_ATTR {
+    return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+  };
+  const V first_low = hn::InterleaveLower(d, row[0], row[1]),
+          first_high = hn::InterleaveUpper(d, row[0], row[1]),
+          second_low = hn::InterleaveLower(d, row[2], row[3]),
+          second_high = hn::InterleaveUpper(d, row[2], row[3]);
+  number[0] = low(first_low, second_low);
+  number[1] = high(first_low, second_low);
+  number[2] = low(first_high, second_high);
+  number[3] = high(first_high, second_high);
+#endif
+}
+
 /// The points of a block that meet a distribution, one after the other.
 struct MetPoints {
   // y = R x, turned and not shifted, and where the row begins; as many as a block has and the rest
@@ -178,17 +212,19 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
         hn::Add(hn::Mul(hn::Add(hn::Mul(index[2], size_y), index[1]), size_x), index[0]));
     const I number = hn::GatherIndex(di, field.number.data(), place);
     const auto meets = hn::And(inside, hn::RebindMask(d, hn::Gt(number, hn::Set(di, -1))));
-    for (int i = 0; i < 3; ++i) hn::CompressStore(y[i], meets, d, met.y[i] + met.count);
-    if (field.trilinear_corner >= 0) hn::CompressStore(weight, meets, d, met.weight + met.count);
-    met.count += hn::CompressStore(hn::Mul(number, hn::Set(di, row_floats)),
-                                   hn::RebindMask(di, meets), di, met.base + met.count);
+    // Whole registers: instructions that compress into memory take AMD's Zen 4 a hundred cycles.
+    for (int i = 0; i < 3; ++i) hn::StoreU(hn::Compress(y[i], meets), d, met.y[i] + met.count);
+    if (field.trilinear_corner >= 0)
+      hn::StoreU(hn::Compress(weight, meets), d, met.weight + met.count);
+    hn::StoreU(hn::Compress(hn::Mul(number, hn::Set(di, row_floats)), hn::RebindMask(di, meets)),
+               di, met.base + met.count);
+    met.count += hn::CountTrue(d, meets);
   }
 }
 
 template <FieldTerms terms>
 FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) {
   const Float d;
-  const Integer di;
   const Motion motion(field, T);
   const float* const rows = field.rows.front().mean;
   const auto unmet =
@@ -211,11 +247,14 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       BlockSums& sums = sums_of[at / hn::Lanes(d) % registers];
       const V y[3] = {hn::LoadU(d, met.y[0] + at), hn::LoadU(d, met.y[1] + at),
                       hn::LoadU(d, met.y[2] + at)};
-      const I base = hn::LoadU(di, met.base + at);
-      V x[3], L[6];
+      // NdtField::Row in three parts: the mean and the first of L, four of L, the last and a
+      // normal.
+      V row[3][4];
+      for (int i = 0; i < 3; ++i) load_four(rows + 4 * i, met.base + at, row[i]);
+      const V L[6] = {row[0][3], row[1][0], row[1][1], row[1][2], row[1][3], row[2][0]};
+      V x[3];
       for (int i = 0; i < 3; ++i)  // paper, eq. 7
-        x[i] = hn::Sub(hn::Add(y[i], motion.t[i]), hn::GatherIndex(d, rows + i, base));
-      for (int i = 0; i < 6; ++i) L[i] = hn::GatherIndex(d, rows + 3 + i, base);
+        x[i] = hn::Sub(hn::Add(y[i], motion.t[i]), row[0][i]);
       const V v[3] = {hn::MulAdd(L[2], x[2], hn::MulAdd(L[1], x[1], hn::Mul(L[0], x[0]))),
                       hn::MulAdd(L[4], x[2], hn::MulAdd(L[3], x[1], hn::Mul(L[1], x[0]))),
                       hn::MulAdd(L[5], x[2], hn::MulAdd(L[4], x[1], hn::Mul(L[2], x[0])))};
@@ -242,8 +281,7 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       sums.hessian.add(a, y);
       if (terms == FieldTerms::information) {
         sums.squares = hn::MulAdd(w, near, sums.squares);
-        V n[3];
-        for (int i = 0; i < 3; ++i) n[i] = hn::GatherIndex(d, rows + 9 + i, base);
+        const V* const n = row[2] + 1;
         for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, hn::Mul(n[first[i]], n[second[i]]));
         sums.surface.add(a, y);
       }
