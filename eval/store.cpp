@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -21,7 +23,10 @@ using Json = nlohmann::json;
 // Marks our files among all SQLite files: "mine" in ASCII.
 constexpr int application = 0x6d696e65;
 // To be raised with every change of the tables below.
-constexpr int schema_version = 1;
+constexpr int schema_version = 2;
+// Columns of `trials` that files of version 1 lack: what they do not know is NULL, and read as 0.
+constexpr auto new_columns =
+    std::to_array<std::string_view>({"evaluations", "empty_points", "outside_points"});
 // How long to wait for another process that is writing (assumed; a batch takes milliseconds).
 constexpr int patience_ms = 10'000;
 
@@ -33,11 +38,15 @@ constexpr const char* storage() {
   return std::is_integral_v<T> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
 }
 
+bool is_new(std::string_view column) {
+  return std::find(new_columns.begin(), new_columns.end(), column) != new_columns.end();
+}
+
 std::string schema() {
   std::string trials;
   Outcome outcome;
   columns(outcome, [&]<class T>(const char* name, const T&) {
-    trials += fmt::format("{} {}, ", name, storage<T>());
+    trials += fmt::format("{} {}, ", name, is_new(name) ? "INTEGER" : storage<T>());
   });
   return fmt::format(
       "CREATE TABLE runs (run INTEGER PRIMARY KEY, version TEXT NOT NULL, command_line TEXT NOT "
@@ -48,11 +57,13 @@ std::string schema() {
       trials);
 }
 
-// "trial_id, study, ..., message, run"
-std::string trial_columns() {
+// "trial_id, study, ..., message, run", as they are selected from a file of that version.
+std::string trial_columns(int version = schema_version) {
   std::string names = "trial_id";
   Outcome outcome;
-  columns(outcome, [&](const char* name, const auto&) { names += fmt::format(", {}", name); });
+  columns(outcome, [&](const char* name, const auto&) {
+    names += fmt::format(", {}{}", version == 1 && is_new(name) ? "NULL AS " : "", name);
+  });
   return names + ", run";
 }
 
@@ -174,6 +185,7 @@ void check_file(const std::filesystem::path& path, bool must_exist) {
 struct ResultStore::Impl {
   std::filesystem::path path;
   SQLite::Database database;
+  int version = schema_version;  // of the tables in the file
 
   // Whatever SQLite or a damaged row throws, with the name of the file.
   template <class Work>
@@ -207,12 +219,22 @@ struct ResultStore::Impl {
   void check_identity() {
     if (pragma("application_id") != application)
       throw std::runtime_error(path.string() + ": a SQLite file, but not a result table");
-    const int found = pragma("user_version");
-    if (found != schema_version)
+    version = pragma("user_version");
+    if (version < 1 || version > schema_version)
       throw std::runtime_error(fmt::format(
-          "{}: result table of version {}, expected version {}: it was written by another "
+          "{}: result table of version {}, expected version 1 to {}: it was written by another "
           "version of this program",
-          path.string(), found, schema_version));
+          path.string(), version, schema_version));
+  }
+
+  // Makes a file of version 1 one of today's; its rows stay. To be called within a transaction.
+  void upgrade() {
+    version = pragma("user_version");  // another process may have been faster since we looked
+    if (version == schema_version) return;
+    for (const std::string_view column : new_columns)
+      database.exec(fmt::format("ALTER TABLE trials ADD COLUMN {} INTEGER", column));
+    database.exec(fmt::format("PRAGMA user_version = {}", schema_version));
+    version = schema_version;
   }
 
   // What a program killed before its first write leaves; anything else must be ours.
@@ -238,6 +260,7 @@ ResultStore ResultStore::create_or_resume(const std::filesystem::path& path) {
       impl->database.exec(fmt::format("PRAGMA application_id = {}", application));
       impl->database.exec(fmt::format("PRAGMA user_version = {}", schema_version));
     }
+    impl->upgrade();
     transaction.commit();
   });
   return ResultStore(std::move(impl));
@@ -344,7 +367,8 @@ void ResultStore::merge(const std::filesystem::path& other) {
           before));
       // The run is the last column.
       const std::string names = trial_columns();
-      const std::string shifted = names.substr(0, names.rfind("run"));
+      const std::string theirs = trial_columns(source.impl_->version);
+      const std::string shifted = theirs.substr(0, theirs.rfind("run"));
       database.exec(fmt::format(
           "INSERT OR REPLACE INTO trials ({}) SELECT {} run + {} FROM other.trials AS theirs "
           "WHERE NOT EXISTS (SELECT 1 FROM main.trials AS ours WHERE ours.trial_id = "
@@ -378,7 +402,7 @@ std::vector<Outcome> ResultStore::read(const std::string& study) const {
     SQLite::Statement query(impl_->database,
                             fmt::format("SELECT {} FROM trials WHERE ?1 = '' OR study = ?1 "
                                         "ORDER BY trial_id, study",
-                                        trial_columns()));
+                                        trial_columns(impl_->version)));
     query.bind(1, study);
     std::vector<Outcome> outcomes;
     while (query.executeStep()) {
@@ -406,9 +430,9 @@ std::vector<RunInfo> ResultStore::runs() const {
 
 std::string ResultStore::csv() const {
   return impl_->guarded([&] {
-    SQLite::Statement query(
-        impl_->database,
-        fmt::format("SELECT {} FROM trials ORDER BY trial_id, study", trial_columns()));
+    SQLite::Statement query(impl_->database,
+                            fmt::format("SELECT {} FROM trials ORDER BY trial_id, study",
+                                        trial_columns(impl_->version)));
     std::string text;
     const auto add = [&](int column, const std::string& field) {
       text += field;

@@ -31,9 +31,11 @@ struct RunInfo {
 /// once; several processes may use one file.
 class ResultStore {
  public:
-  /// Opens or creates it for writing; a file that is not a result table is refused untouched.
+  /// Opens or creates it for writing; a file that is not a result table is refused untouched. A
+  /// table of version 1 gets the columns that it lacks (evaluations, empty_points and
+  /// outside_points); its rows have no value there, which is read as 0.
   static ResultStore create_or_resume(const std::filesystem::path& path);
-  /// Opens an existing one for reading.
+  /// Opens an existing one for reading, also of version 1.
   static ResultStore open(const std::filesystem::path& path);
   ~ResultStore();
   ResultStore(ResultStore&&) noexcept;

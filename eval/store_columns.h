@@ -25,10 +25,13 @@ void columns(Row& o, Visit&& visit) {
   visit("rotation_error_rad", o.error.rotation);
   visit("axial_error_m", o.axial_error);
   visit("iterations", o.result.iterations);
+  visit("evaluations", o.result.evaluations);
   visit("score", o.result.score);
   visit("target_points", o.result.target_points);
   visit("source_points", o.result.source_points);
   visit("used_points", o.result.used_points);
+  visit("empty_points", o.result.empty_points);
+  visit("outside_points", o.result.outside_points);
   visit("target_s", o.result.time.target);
   visit("source_s", o.result.time.source);
   visit("align_s", o.result.time.align);

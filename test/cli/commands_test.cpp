@@ -215,10 +215,10 @@ TEST(Survey, WritesADataSetThatRegistersAndSweeps) {
       folder);
   ASSERT_EQ(registered.exit_code, 0) << registered.errors;
   const Json json = Json::parse(registered.output);
-  for (const char* key :
-       {"method", "status", "T_target_source", "iterations", "score", "target_points",
-        "source_points", "used_points", "time_s", "cpu_s", "target_bytes", "covariance",
-        "translation_error_m", "rotation_error_rad"})
+  for (const char* key : {"method", "status", "T_target_source", "iterations", "evaluations",
+                          "score", "target_points", "source_points", "used_points", "empty_points",
+                          "outside_points", "directions", "time_s", "cpu_s", "target_bytes",
+                          "covariance", "translation_error_m", "rotation_error_rad"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["status"], "converged");
   // A good result of the paper's section 5.2.2.

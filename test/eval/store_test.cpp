@@ -2,6 +2,7 @@
 #include "eval/store.h"
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <sys/wait.h>
 
 #include <cmath>
@@ -32,10 +33,13 @@ Outcome full_outcome(std::uint64_t stream) {
       displaced(Pose::Identity(), {number(), number(), number()}, {number(), number(), 1}, 0.3);
   o.result.status = Status::max_iterations;
   o.result.iterations = 17;
+  o.result.evaluations = 23;
   o.result.score = number();
   o.result.target_points = 72417;
   o.result.source_points = 139642;
   o.result.used_points = 13964;
+  o.result.empty_points = 311;
+  o.result.outside_points = 29;
   o.result.time = {.target = number(), .source = number(), .align = number()};
   o.result.cpu = number();
   o.result.target_bytes = 5'000'000'000;
@@ -61,10 +65,13 @@ void expect_same(const Outcome& a, const Outcome& b) {
   EXPECT_EQ(a.result.T_target_source.matrix(), b.result.T_target_source.matrix());
   EXPECT_EQ(a.result.status, b.result.status);
   EXPECT_EQ(a.result.iterations, b.result.iterations);
+  EXPECT_EQ(a.result.evaluations, b.result.evaluations);
   EXPECT_EQ(a.result.score, b.result.score);
   EXPECT_EQ(a.result.target_points, b.result.target_points);
   EXPECT_EQ(a.result.source_points, b.result.source_points);
   EXPECT_EQ(a.result.used_points, b.result.used_points);
+  EXPECT_EQ(a.result.empty_points, b.result.empty_points);
+  EXPECT_EQ(a.result.outside_points, b.result.outside_points);
   EXPECT_EQ(a.result.time.target, b.result.time.target);
   EXPECT_EQ(a.result.time.source, b.result.time.source);
   EXPECT_EQ(a.result.time.align, b.result.time.align);
@@ -102,6 +109,31 @@ std::filesystem::path store_with(const std::filesystem::path& path, std::uint64_
   for (std::uint64_t i = 0; i < rows; ++i) outcomes.push_back(full_outcome(i));
   store.write(outcomes, store.begin_run({.version = "1"}));
   return path;
+}
+
+// The same as a file of version 1, which lacks three columns.
+std::filesystem::path old_store_with(const std::filesystem::path& path, std::uint64_t rows) {
+  store_with(path, rows);
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database,
+                         "ALTER TABLE trials DROP COLUMN evaluations;"
+                         "ALTER TABLE trials DROP COLUMN empty_points;"
+                         "ALTER TABLE trials DROP COLUMN outside_points;"
+                         "PRAGMA user_version = 1",
+                         nullptr, nullptr, nullptr),
+            SQLITE_OK)
+      << sqlite3_errmsg(database);
+  sqlite3_close(database);
+  return path;
+}
+
+// What such a file gives back.
+Outcome old_outcome(std::uint64_t stream) {
+  Outcome outcome = full_outcome(stream);
+  outcome.result.evaluations = 0;
+  outcome.result.empty_points = outcome.result.outside_points = 0;
+  return outcome;
 }
 
 TEST(ResultStore, GivesBackEveryBit) {
@@ -202,6 +234,46 @@ TEST(ResultStore, MergesShardsOnce) {
   EXPECT_NE(message_of([&] { a.merge(folder / "none.db"); }).find("none.db"), std::string::npos);
 }
 
+TEST(ResultStore, ReadsFilesOfVersionOneUntouched) {
+  const auto path = old_store_with(fresh_folder("store-old") / "r.db", 5);
+  const std::string bytes = content(path);
+  const ResultStore store = ResultStore::open(path);
+  const std::vector<Outcome> rows = store.read();
+  ASSERT_EQ(rows.size(), 5u);
+  for (const Outcome& row : rows)
+    expect_same(row, old_outcome(static_cast<std::uint64_t>(row.trial.start)));
+  const std::string csv = store.csv();
+  EXPECT_NE(csv.find(",iterations,evaluations,score,"), std::string::npos);
+  EXPECT_NE(csv.find(",17,,"), std::string::npos);  // not known is an empty field
+  EXPECT_EQ(csv.find("NULL"), std::string::npos);
+  EXPECT_EQ(store.runs().size(), 1u);
+  EXPECT_EQ(content(path), bytes);
+}
+
+TEST(ResultStore, ResumesAndMergesFilesOfVersionOne) {
+  const auto folder = fresh_folder("store-upgrade");
+  const auto check = [](const ResultStore& store) {
+    const std::vector<Outcome> rows = store.read();
+    ASSERT_EQ(rows.size(), 5u);
+    for (const Outcome& row : rows) {
+      const auto stream = static_cast<std::uint64_t>(row.trial.start);
+      expect_same(row, stream < 3 ? old_outcome(stream) : full_outcome(stream));
+    }
+  };
+  const std::vector<Outcome> added = {full_outcome(3), full_outcome(4)};
+  {
+    ResultStore resumed = ResultStore::create_or_resume(old_store_with(folder / "a.db", 3));
+    resumed.write(added, resumed.begin_run({}));
+    check(resumed);
+  }
+  check(ResultStore::create_or_resume(folder / "a.db"));  // which is of today's version by now
+
+  ResultStore merged = ResultStore::create_or_resume(folder / "b.db");
+  merged.write(added, merged.begin_run({}));
+  merged.merge(old_store_with(folder / "old.db", 3));
+  check(merged);
+}
+
 TEST(ResultStore, ExportsTheColumnsOfTheContract) {
   const auto path = fresh_folder("store-csv") / "r.db";
   ResultStore store = ResultStore::create_or_resume(path);
@@ -226,6 +298,13 @@ TEST(ResultStore, ExportsTheColumnsOfTheContract) {
                              "rotation_error_rad",
                              "axial_error_m",
                              "iterations",
+                             "evaluations",
+                             "score",
+                             "target_points",
+                             "source_points",
+                             "used_points",
+                             "empty_points",
+                             "outside_points",
                              "target_s",
                              "source_s",
                              "align_s",
