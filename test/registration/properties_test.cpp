@@ -148,7 +148,7 @@ TEST(Properties, TheOrderOfThePointsDoesNotMatter) {
     const PointCloud other_target = shuffled(target), other_source = shuffled(source);
     for (const Method& method : steady_methods()) {
       Settings all;
-      if (find_field(method.fields, "sample-ratio")) all["sample-ratio"] = "1";
+      if (find_field(method.fields, "sample-ratio")) all.emplace("sample-ratio", "1");
       const RegistrationResult one = method.run(target, source, guess, all);
       const RegistrationResult two = method.run(other_target, other_source, guess, all);
       expect_status(method, one.status, two.status);
