@@ -9,6 +9,9 @@
 #include <stdexcept>
 
 namespace minescan {
+namespace {
+thread_local int one_thread_scopes = 0;
+}
 
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t)>& body) {
@@ -17,6 +20,10 @@ void parallel_for(std::size_t count, std::size_t grain,
   const auto run = [&](std::size_t block) {
     body(block * grain, std::min(count, (block + 1) * grain));
   };
+  if (on_one_thread()) {
+    for (std::size_t block = 0; block < blocks; ++block) run(block);
+    return;
+  }
   tbb::parallel_for(std::size_t{0}, blocks, run);
 }
 
@@ -34,6 +41,10 @@ ThreadLimit::ThreadLimit(int threads) {
   impl_ = std::make_unique<Impl>(static_cast<std::size_t>(threads));
 }
 ThreadLimit::~ThreadLimit() = default;
+
+OneThread::OneThread() { ++one_thread_scopes; }
+OneThread::~OneThread() { --one_thread_scopes; }
+bool on_one_thread() { return one_thread_scopes > 0; }
 
 int available_threads() { return tbb::info::default_concurrency(); }
 

@@ -28,6 +28,17 @@ class ThreadLimit {
   std::unique_ptr<Impl> impl_;
 };
 
+/// While it lives, the loops that its thread begins run on that thread alone.
+class OneThread {
+ public:
+  OneThread();
+  ~OneThread();
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+};
+/// Whether one lives on this thread.
+bool on_one_thread();
+
 /// The cores that this process may use.
 int available_threads();
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "core/text.h"
 #include "eval/start_poses.h"
@@ -105,6 +106,7 @@ Outcome run_trial(const Trial& trial, const ScanPair& pair, const Method& method
   Outcome outcome;
   outcome.trial = trial;
   try {
+    const OneThread alone;  // trials run side by side, and their times are compared
     outcome.result = method.run(pair.target, pair.source, guess, run_settings(trial, method));
     if (!outcome.result.T_target_source.matrix().allFinite())
       outcome.message = "returned a pose that is not finite";

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
 #include "registration/alignment.h"
 #include "registration/newton.h"
 #include "registration/registered.h"
@@ -103,20 +104,42 @@ class Matcher {
         tree_(tree),
         normals_(normals),
         options_(options),
-        tracked_(tree, target.points, used.points.size()) {}
+        tracked_(tree, target.points, used.points.size()),
+        partners_(used.points.size()) {}
 
   void find(const Pose& T, double max_distance, IcpPairs& pairs) {
     pairs.clear();
     outside_ = 0;
     const Eigen::Vector3d low = tree_.low().array() - max_distance,
                           high = tree_.high().array() + max_distance;
+    const bool shooting = options_.matcher == IcpMatcher::normal_shooting;
+    parallel_for(used_.points.size(), 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        Partner& partner = partners_[i];
+        const Eigen::Vector3d p = partner.source = T * used_.points[i];
+        partner.target = {.index = nobody};
+        partner.outside = (p.array() < low.array()).any() || (p.array() > high.array()).any();
+        if (partner.outside || shooting) continue;
+        const std::optional<Neighbour> found = options_.tracked
+                                                   ? tracked_.nearest(i, p, max_distance)
+                                                   : tree_.nearest(p, max_distance, policy_);
+        if (found) partner.target = *found;
+      }
+    });
+    if (uses_target_normals(options_) && !shooting) {
+      wanted_.clear();
+      for (const Partner& partner : partners_)
+        if (partner.target.index != nobody) wanted_.push_back(partner.target.index);
+      normals_.find(wanted_);
+    }
     for (std::size_t i = 0; i < used_.points.size(); ++i) {
-      const Eigen::Vector3d p = T * used_.points[i];
-      if ((p.array() < low.array()).any() || (p.array() > high.array()).any()) {
+      const Partner& partner = partners_[i];
+      const Eigen::Vector3d& p = partner.source;
+      if (partner.outside) {
         ++outside_;
         continue;
       }
-      if (options_.matcher == IcpMatcher::normal_shooting) {
+      if (shooting) {
         const std::optional<SurfacePlace> place =
             shoot(tree_, target_.points, normals_, p, T.linear() * used_.normals[i], max_distance);
         if (!place) continue;
@@ -124,13 +147,11 @@ class Matcher {
         pairs.target_normal.push_back(place->normal);
         pairs.distance.push_back((place->point - p).norm());
       } else {
-        const std::optional<Neighbour> found = options_.tracked
-                                                   ? tracked_.nearest(i, p, max_distance)
-                                                   : tree_.nearest(p, max_distance, policy_);
-        if (!found) continue;
-        pairs.target.push_back(target_.points[found->index]);
-        if (uses_target_normals(options_)) pairs.target_normal.push_back(normals_.of(found->index));
-        pairs.distance.push_back(std::sqrt(found->squared_distance));
+        const std::uint32_t index = partner.target.index;
+        if (index == nobody) continue;
+        pairs.target.push_back(target_.points[index]);
+        if (uses_target_normals(options_)) pairs.target_normal.push_back(normals_.of(index));
+        pairs.distance.push_back(std::sqrt(partner.target.squared_distance));
       }
       pairs.source.push_back(p);
       if (!used_.normals.empty()) pairs.source_normal.push_back(T.linear() * used_.normals[i]);
@@ -155,6 +176,14 @@ class Matcher {
   const IcpOptions& options_;
   TreePolicy policy_ = {.search = options_.search, .bound = options_.tree_error};
   TrackedNeighbours tracked_;
+  // Of every used point, before the pairs are put together in their order.
+  struct Partner {
+    Eigen::Vector3d source = Eigen::Vector3d::Zero();  // target frame
+    Neighbour target = {};                             // or nobody
+    bool outside = false;
+  };
+  std::vector<Partner> partners_;
+  std::vector<std::uint32_t> wanted_;  // whose normals are asked for
   std::size_t outside_ = 0;
 };
 

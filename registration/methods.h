@@ -17,8 +17,10 @@ struct Method {
   std::string name = {};
   std::string description = {};
   std::vector<Field> fields = {};
-  /// Registers `source` to `target` from T_guess, on the calling thread alone. Throws
-  /// std::invalid_argument for an empty cloud, a coordinate that is not finite or a bad setting.
+  /// Registers `source` to `target` from T_guess. Long loops (ICP's searches for neighbours and
+  /// normals) use several threads unless a OneThread lives (core/parallel.h); results are the same
+  /// to the last bit. Throws std::invalid_argument for an empty cloud, a coordinate that is not
+  /// finite or a bad setting.
   std::function<RegistrationResult(const PointCloud& target, const PointCloud& source,
                                    const Pose& T_guess, const Settings& settings)>
       run = {};

@@ -3,6 +3,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <limits>
+#include <numeric>
+
+#include "core/parallel.h"
 
 namespace minescan {
 namespace {
@@ -33,16 +36,35 @@ Normals::Normals(const PointCloud& cloud, const KdTree& tree, int neighbours)
   if (cloud.normals.empty()) found_.resize(cloud.points.size());
 }
 
+Eigen::Vector3d Normals::normal(std::uint32_t index, std::vector<Neighbour>& nearest) const {
+  const Eigen::Vector3d& point = cloud_.points[index];
+  tree_.nearest(point, neighbours_, std::numeric_limits<double>::infinity(), nearest);
+  return normal_at(point, nearest, cloud_.points);
+}
+
 const Eigen::Vector3d& Normals::of(std::uint32_t index) {
   if (found_.empty()) return cloud_.normals[index];
   Found& found = found_[index];
   if (!found.looked) {
     found.looked = true;
-    const Eigen::Vector3d& point = cloud_.points[index];
-    tree_.nearest(point, neighbours_, std::numeric_limits<double>::infinity(), nearest_);
-    found.normal = normal_at(point, nearest_, cloud_.points);
+    found.normal = normal(index, nearest_);
   }
   return found.normal;
+}
+
+void Normals::find(const std::vector<std::uint32_t>& indices) {
+  if (found_.empty()) return;
+  missing_.clear();
+  for (const std::uint32_t index : indices) {
+    if (found_[index].looked) continue;
+    found_[index].looked = true;
+    missing_.push_back(index);
+  }
+  parallel_for(missing_.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<Neighbour> nearest;
+    for (std::size_t i = begin; i < end; ++i)
+      found_[missing_[i]].normal = normal(missing_[i], nearest);
+  });
 }
 
 std::vector<Eigen::Vector3d> found_normals(const std::vector<Eigen::Vector3d>& points,
@@ -50,6 +72,9 @@ std::vector<Eigen::Vector3d> found_normals(const std::vector<Eigen::Vector3d>& p
   const PointCloud cloud{.points = points};
   const KdTree tree(points, leaf_size);
   Normals normals(cloud, tree, neighbours);
+  std::vector<std::uint32_t> all(points.size());
+  std::iota(all.begin(), all.end(), 0u);
+  normals.find(all);
   std::vector<Eigen::Vector3d> list;
   list.reserve(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) list.push_back(normals.of(i));

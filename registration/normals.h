@@ -24,6 +24,9 @@ class Normals {
   /// line.
   const Eigen::Vector3d& of(std::uint32_t index);
 
+  /// Finds those of `indices` that are not known yet, on several threads.
+  void find(const std::vector<std::uint32_t>& indices);
+
  private:
   struct Found {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -33,8 +36,11 @@ class Normals {
   const PointCloud& cloud_;
   const KdTree& tree_;
   std::size_t neighbours_ = 0;
+  Eigen::Vector3d normal(std::uint32_t index, std::vector<Neighbour>& nearest) const;
+
   std::vector<Found> found_;  // none if the cloud has normals of its own
   std::vector<Neighbour> nearest_;
+  std::vector<std::uint32_t> missing_;
 };
 
 /// The same for all points of a cloud without normals. O(N log N).

@@ -53,7 +53,7 @@ struct RegistrationResult {
   std::size_t empty_points = 0;    // of those, at the end: without a partner or a filled cell
   std::size_t outside_points = 0;  // and outside the target altogether; not counted as empty
   StageTimes time = {};
-  double cpu = 0;                // processor time of the calling thread for all of it, seconds
+  double cpu = 0;                // processor time of all of it, seconds; see Stopwatch::cpu
   std::size_t target_bytes = 0;  // memory of the prepared target
   /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m
   /// rad, rad^2. Zero where the method gives none.

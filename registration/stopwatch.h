@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Times of one registration, taken on the thread that runs it.
+// Times of one registration.
 #pragma once
 
 #include <ctime>
+
+#include "core/parallel.h"
 
 namespace minescan {
 
@@ -15,8 +17,9 @@ class Stopwatch {
     last_lap_ = now;
     return elapsed;
   }
-  /// Processor time of the calling thread since construction, in seconds.
-  double cpu() const { return seconds(CLOCK_THREAD_CPUTIME_ID) - cpu_start_; }
+  /// Processor time since construction, in seconds: of the calling thread where loops run on it
+  /// alone (OneThread), else of the process.
+  double cpu() const { return seconds(cpu_clock_) - cpu_start_; }
 
  private:
   static double seconds(clockid_t clock) {
@@ -26,7 +29,8 @@ class Stopwatch {
   }
 
   double last_lap_ = seconds(CLOCK_MONOTONIC);
-  double cpu_start_ = seconds(CLOCK_THREAD_CPUTIME_ID);
+  clockid_t cpu_clock_ = on_one_thread() ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
+  double cpu_start_ = seconds(cpu_clock_);
 };
 
 }  // namespace minescan

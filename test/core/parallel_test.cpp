@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -48,6 +49,27 @@ TEST(ThreadLimit, OfOneRunsOnTheCallingThread) {
     if (std::this_thread::get_id() != caller) ++elsewhere;
   });
   EXPECT_EQ(elsewhere, 0);
+}
+
+TEST(OneThread, RunsLoopsOnTheThreadThatItLivesOn) {
+  const auto threads_of_a_loop = [] {
+    std::vector<std::thread::id> ids(64);
+    parallel_for(ids.size(), 1,
+                 [&](std::size_t begin, std::size_t) { ids[begin] = std::this_thread::get_id(); });
+    return std::set<std::thread::id>(ids.begin(), ids.end());
+  };
+  EXPECT_FALSE(on_one_thread());
+  {
+    const OneThread outer;
+    { const OneThread inner; }
+    EXPECT_TRUE(on_one_thread());
+    EXPECT_EQ(threads_of_a_loop(), std::set{std::this_thread::get_id()});
+    // It is this thread's affair alone.
+    bool elsewhere = true;
+    std::thread([&] { elsewhere = on_one_thread(); }).join();
+    EXPECT_FALSE(elsewhere);
+  }
+  EXPECT_FALSE(on_one_thread());
 }
 
 }  // namespace
