@@ -2,6 +2,7 @@
 #include "registration/methods.h"
 
 #include "core/table.h"
+#include "registration/d2d.h"
 #include "registration/distance_quadrics.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
@@ -51,6 +52,8 @@ const std::vector<Method>& methods() {
                  NdtOptions{.terms = {.neighbourhood = Neighbourhood::faces}}),
       method_row("ndt-mixture", "3D-NDT with the score of Magnusson's thesis", register_ndt,
                  NdtOptions{.terms = {.density = Density::mixture}}),
+      method_row("ndt-d2d", "3D-NDT between distributions of both clouds, cells of 2, 1 and 0.5 m",
+                 register_d2d),
       method_row("icp", "point-to-point ICP, the paper's baseline", register_icp),
       method_row("icp-plane", "point-to-plane ICP", register_icp,
                  IcpOptions{.metric = IcpMetric::plane}),
