@@ -36,9 +36,11 @@ struct NdtField {
   /// Whether points outside are scored with the nearest cell of the box's border.
   bool endless = false;
   /// 0 to 7: a point is scored with this one of the 8 cells with the nearest centres (bit 0: the
-  /// one further along x, bit 1: y, bit 2: z), weighted by the trilinear weight of that centre,
-  /// which derivatives take for constant. -1: with the cell that it lies in.
+  /// one further along x, bit 1: y, bit 2: z), weighted by the trilinear weight of that centre. -1:
+  /// with the cell that it lies in.
   int trilinear_corner = -1;
+  /// Whether derivatives are those of the weights, too, or take them for constant.
+  bool weights_change = false;
   double height = 1;  // of a density at its mean
 
   std::size_t bytes() const {

@@ -147,8 +147,33 @@ struct MetPoints {
   // of a register.
   HWY_ALIGN float y[3][field_block + field_lanes];
   HWY_ALIGN std::int32_t base[field_block + field_lanes];
-  HWY_ALIGN float weight[field_block + field_lanes];  // of a trilinear field only
+  // Of a trilinear field only: the weight along each axis.
+  HWY_ALIGN float weight[3][field_block + field_lanes];
   std::size_t count = 0;
+};
+
+/// The trilinear weight of a field's corner, and its derivatives along the axes, times the density
+/// that it weighs.
+struct Weights {
+  V all, slope[3];
+  V bend[3];  // [i]: by the two other axes than i
+
+  HWY_INLINE Weights() {}
+  HWY_INLINE Weights(const NdtField& field, const MetPoints& met, std::size_t at, V density) {
+    const Float d;
+    V part[3], sign[3];
+    for (int i = 0; i < 3; ++i) {
+      part[i] = hn::LoadU(d, met.weight[i] + at);
+      const bool after = (field.trilinear_corner >> i & 1) != 0;
+      sign[i] = hn::Set(d, static_cast<float>((after ? 1 : -1) / field.side));
+    }
+    all = hn::Mul(hn::Mul(part[0], part[1]), part[2]);
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      slope[i] = hn::Mul(hn::Mul(density, sign[i]), hn::Mul(part[j], part[k]));
+      bend[i] = hn::Mul(hn::Mul(density, part[i]), hn::Mul(sign[j], sign[k]));
+    }
+  }
 };
 
 /// T in single precision, for the coordinates of a field.
@@ -184,7 +209,7 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
                     hn::LoadU(d, points.z() + at)};
     // Padding stays outside: it is further away than any point can be.
     auto inside = hn::Lt(p[0], beyond);
-    V y[3], weight = hn::Set(d, 1);
+    V y[3], weight[3];
     I index[3];
     for (int i = 0; i < 3; ++i) {
       y[i] = hn::MulAdd(motion.R[i][2], p[2],
@@ -197,7 +222,7 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
         const V part = hn::Sub(from_centre, before);
         const bool after = (field.trilinear_corner >> i & 1) != 0;
         cell = after ? hn::Add(before, hn::Set(d, 1)) : before;
-        weight = hn::Mul(weight, after ? part : hn::Sub(hn::Set(d, 1), part));
+        weight[i] = after ? part : hn::Sub(hn::Set(d, 1), part);
       }
       if (field.endless)
         cell = hn::Min(hn::Max(cell, zero), hn::Sub(limit[i], half));
@@ -215,7 +240,8 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
     // Whole registers: instructions that compress into memory take AMD's Zen 4 a hundred cycles.
     for (int i = 0; i < 3; ++i) hn::StoreU(hn::Compress(y[i], meets), d, met.y[i] + met.count);
     if (field.trilinear_corner >= 0)
-      hn::StoreU(hn::Compress(weight, meets), d, met.weight + met.count);
+      for (int i = 0; i < 3; ++i)
+        hn::StoreU(hn::Compress(weight[i], meets), d, met.weight[i] + met.count);
     hn::StoreU(hn::Compress(hn::Mul(number, hn::Set(di, row_floats)), hn::RebindMask(di, meets)),
                di, met.base + met.count);
     met.count += hn::CountTrue(d, meets);
@@ -240,7 +266,7 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
     for (std::size_t i = met.count; i < end; ++i) {
       for (float* y : {met.y[0], met.y[1], met.y[2]}) y[i] = 0;
       met.base[i] = unmet;
-      met.weight[i] = 0;
+      for (float* weight : {met.weight[0], met.weight[1], met.weight[2]}) weight[i] = 0;
     }
     BlockSums sums_of[registers];
     for (std::size_t at = 0; at < end; at += hn::Lanes(d)) {
@@ -262,11 +288,18 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
           hn::Mul(half, hn::MulAdd(x[2], v[2], hn::MulAdd(x[1], v[1], hn::Mul(x[0], v[0]))));
       const V near = hn::Min(exponent, farthest);
       V w = hn::IfThenElseZero(hn::Lt(exponent, farthest), hn::Exp(d, hn::Neg(near)));  // eq. 4
-      if (field.trilinear_corner >= 0) w = hn::Mul(w, hn::LoadU(d, met.weight + at));
+      Weights weights;
+      if (field.trilinear_corner >= 0) {
+        weights = Weights(field, met, at, w);
+        w = hn::Mul(w, weights.all);
+      }
       sums.value = hn::Sub(sums.value, w);
       if (terms == FieldTerms::value) continue;
 
-      const V wv[3] = {hn::Mul(w, v[0]), hn::Mul(w, v[1]), hn::Mul(w, v[2])};
+      const V density_v[3] = {hn::Mul(w, v[0]), hn::Mul(w, v[1]), hn::Mul(w, v[2])};
+      V wv[3] = {density_v[0], density_v[1], density_v[2]};
+      if (field.weights_change && field.trilinear_corner >= 0)
+        for (int i = 0; i < 3; ++i) wv[i] = hn::Sub(wv[i], weights.slope[i]);
       for (int i = 0; i < 3; ++i) sums.g[i] = hn::Add(sums.g[i], wv[i]);
       sums.g[3] = hn::Add(sums.g[3], cross_part(y[1], wv[2], y[2], wv[1]));
       sums.g[4] = hn::Add(sums.g[4], cross_part(y[2], wv[0], y[0], wv[2]));
@@ -276,8 +309,15 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
       V a[6];
       for (int i = 0; i < 6; ++i) a[i] = hn::Mul(w, L[i]);
       // J^T C^-1 J - h h^T = J^T (C^-1 - v v^T) J, since h = J^T v.
-      if (terms == FieldTerms::newton)
-        for (int i = 0; i < 6; ++i) a[i] = hn::NegMulAdd(wv[first[i]], v[second[i]], a[i]);
+      if (terms == FieldTerms::newton) {
+        for (int i = 0; i < 6; ++i) a[i] = hn::NegMulAdd(density_v[first[i]], v[second[i]], a[i]);
+        if (field.weights_change && field.trilinear_corner >= 0)
+          for (int i = 0; i < 6; ++i) {
+            const int k = first[i], l = second[i];
+            a[i] = hn::MulAdd(weights.slope[k], v[l], hn::MulAdd(v[k], weights.slope[l], a[i]));
+            if (k != l) a[i] = hn::Sub(a[i], weights.bend[3 - k - l]);
+          }
+      }
       sums.hessian.add(a, y);
       if (terms == FieldTerms::information) {
         sums.squares = hn::MulAdd(w, near, sums.squares);

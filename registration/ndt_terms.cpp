@@ -205,6 +205,7 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
   for (NdtField& field : fields) {
     if (options.linked) link_cells(field);
     field.endless = options.endless;
+    field.weights_change = options.weights_change;
     if (options.density == Density::mixture) {
       const MixtureFit fit = mixture_fit(options.outlier_ratio, grid.cell_size);
       field.height = -fit.d1;

@@ -48,6 +48,9 @@ struct NdtTermOptions {
   int depth = 1;               // how often a cell may be halved
   double split_spread = 0.05;  // metres; assumed, the paper names no limit
   Neighbourhood neighbourhood = Neighbourhood::own;
+  // Exact derivatives of `trilinear`; else its weights are taken for constant, which is cheaper,
+  // and leaves the value the same.
+  bool weights_change = false;
   bool linked = false;   // section 4.3.5
   bool endless = false;  // section 4.3.5
   Density density = Density::normal;
@@ -63,6 +66,8 @@ void fields(NdtTermOptions& o, Visitor&& field) {
       "octree, additive: a cell whose points spread further in their thinnest direction (standard "
       "deviation) is divided");
   field("neighbourhood", o.neighbourhood, "which cells score a point");
+  field("weights-change", o.weights_change,
+        "trilinear: derivatives are those of the weights, too; else these are taken for constant");
   field("linked", o.linked,
         "a cell without a distribution takes that of the nearest cell with one");
   field("endless", o.endless, "points outside are scored with the nearest cell of the border");
