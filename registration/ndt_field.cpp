@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "registration/kdtree.h"
+
 namespace minescan {
 
 NdtField::Row row_of(const NdtCell& cell, const Eigen::Vector3d& normal,
@@ -123,6 +125,24 @@ void link_cells(NdtField& field) {
     for (std::size_t x = 0; x < nx; ++x) link_line(&links[z * ny * nx + x], nx, ny, line, seats);
   for (std::size_t i = 0; i < nx * ny; ++i) link_line(&links[i], nx * ny, nz, line, seats);
   for (std::size_t i = 0; i < links.size(); ++i) field.number[i] = links[i].number;
+}
+
+void link_cells_by_mean(NdtField& field) {
+  if (field.rows.size() < 2) return;
+  std::vector<Eigen::Vector3d> means;
+  for (auto row = field.rows.begin(); row + 1 != field.rows.end(); ++row)
+    means.emplace_back(static_cast<double>(row->mean[0]), static_cast<double>(row->mean[1]),
+                       static_cast<double>(row->mean[2]));
+  const KdTree tree(means);
+  std::size_t cell = 0;
+  for (int z = 0; z < field.size[2]; ++z)
+    for (int y = 0; y < field.size[1]; ++y)
+      for (int x = 0; x < field.size[0]; ++x, ++cell) {
+        if (field.number[cell] >= 0) continue;
+        const Eigen::Vector3d centre = field.side * (Eigen::Vector3d(x, y, z).array() + 0.5);
+        field.number[cell] = static_cast<std::int32_t>(
+            tree.nearest(centre, std::numeric_limits<double>::infinity())->index);
+      }
 }
 
 NdtField checked_ndt_field(const NdtGrid& grid, int margin) {

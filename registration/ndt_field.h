@@ -70,4 +70,8 @@ NdtField checked_ndt_field(const NdtGrid& grid, int margin = 0);
 /// their centres (the paper's linked cells, section 4.3.5); of several equally far, one. O(cells).
 void link_cells(NdtField& field);
 
+/// The same by the distance from a cell's centre to the means of the distributions, which need not
+/// give the same: a wall that cuts a corner of its cell has its mean there. O(cells log rows).
+void link_cells_by_mean(NdtField& field);
+
 }  // namespace minescan

@@ -188,22 +188,32 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
       options.neighbourhood != Neighbourhood::own)
     throw std::invalid_argument(
         "neighbourhood: expected own, the only one for cells that are divided further");
+  const auto link = [&](NdtField& field) {
+    if (!options.linked) return;
+    if (options.linked_by == LinkedBy::mean)
+      link_cells_by_mean(field);
+    else
+      link_cells(field);
+  };
   std::vector<NdtField> fields;
   if (options.discretisation != Discretisation::fixed) {
     fields = divided_fields(points, grid, options);
+    for (NdtField& field : fields) link(field);
   } else if (options.neighbourhood == Neighbourhood::overlap) {
     for (int shift = 0; shift < 8; ++shift) {
       NdtGridOptions shifted = grid;
       for (int i = 0; i < 3; ++i)
         if (shift >> i & 1) shifted.lattice_origin[i] += grid.cell_size / 2;
       NdtField field = checked_ndt_field(NdtGrid(points, shifted));
+      link(field);
       if (!field.number.empty()) fields.push_back(std::move(field));
     }
   } else {
-    fields = with_neighbours(checked_ndt_field(NdtGrid(points, grid)), options.neighbourhood);
+    NdtField field = checked_ndt_field(NdtGrid(points, grid));
+    link(field);  // before it is moved for neighbours, and its means with it
+    fields = with_neighbours(field, options.neighbourhood);
   }
   for (NdtField& field : fields) {
-    if (options.linked) link_cells(field);
     field.endless = options.endless;
     field.weights_change = options.weights_change;
     if (options.density == Density::mixture) {

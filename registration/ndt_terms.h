@@ -36,6 +36,11 @@ constexpr auto names_of(Neighbourhood) {
   return std::to_array<std::string_view>({"own", "faces", "all", "overlap", "trilinear"});
 }
 
+/// What is nearest to a cell without a distribution: the cell with the nearest centre, or the one
+/// with the nearest mean (the paper says only "the nearest").
+enum class LinkedBy { centre, mean };
+constexpr auto names_of(LinkedBy) { return std::to_array<std::string_view>({"centre", "mean"}); }
+
 enum class Density {
   normal,   // normal distributions alone (paper, eq. 4)
   mixture,  // with a uniform part for outliers, as fitted by Magnusson (2009, eqs 6.7 to 6.10)
@@ -51,7 +56,8 @@ struct NdtTermOptions {
   // Exact derivatives of `trilinear`; else its weights are taken for constant, which is cheaper,
   // and leaves the value the same.
   bool weights_change = false;
-  bool linked = false;   // section 4.3.5
+  bool linked = false;  // section 4.3.5
+  LinkedBy linked_by = LinkedBy::centre;
   bool endless = false;  // section 4.3.5
   Density density = Density::normal;
   double outlier_ratio = 0.55;  // PCL's own
@@ -70,6 +76,7 @@ void fields(NdtTermOptions& o, Visitor&& field) {
         "trilinear: derivatives are those of the weights, too; else these are taken for constant");
   field("linked", o.linked,
         "a cell without a distribution takes that of the nearest cell with one");
+  field("linked-by", o.linked_by, "linked: what of a cell is near, its centre or its mean");
   field("endless", o.endless, "points outside are scored with the nearest cell of the border");
   field("density", o.density, "what a cell says of a point");
   field("outlier-ratio", o.outlier_ratio, above_up_to(0, 0.99), "",

@@ -92,6 +92,34 @@ TEST(LinkCells, PointToTheNearest) {
   }
 }
 
+TEST(LinkCells, PointToTheNearestMean) {
+  const NdtGrid grid(bumpy_tunnel(2000, 1).points, {});
+  NdtField by_mean = *ndt_field(grid, 2), by_centre = by_mean;
+  const std::vector<std::int32_t> before = by_mean.number;
+  link_cells_by_mean(by_mean);
+  link_cells(by_centre);
+  const auto distance = [&](std::size_t cell, std::int32_t number) {
+    const auto i = static_cast<std::int32_t>(cell);
+    const Eigen::Array3d centre =
+        Eigen::Array3d(i % by_mean.size[0], i / by_mean.size[0] % by_mean.size[1],
+                       i / (by_mean.size[0] * by_mean.size[1])) +
+        0.5;
+    const float* mean = by_mean.rows[static_cast<std::size_t>(number)].mean;
+    return (centre.matrix() - Eigen::Vector3f(mean[0], mean[1], mean[2]).cast<double>()).norm();
+  };
+  std::size_t other = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    other += by_mean.number[i] != by_centre.number[i];
+    if (before[i] >= 0) {
+      EXPECT_EQ(by_mean.number[i], before[i]);
+      continue;
+    }
+    for (std::size_t row = 0; row + 1 < by_mean.rows.size(); ++row)
+      EXPECT_LE(distance(i, by_mean.number[i]), distance(i, static_cast<std::int32_t>(row)));
+  }
+  EXPECT_GT(other, before.size() / 20);
+}
+
 TEST(NdtField, OfCellsFarApartThereIsNone) {
   PointCloud cloud = bumpy_tunnel(5000, 1);
   for (std::uint64_t i = 0; i < 20; ++i) {
