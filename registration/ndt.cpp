@@ -75,20 +75,23 @@ bool is_baseline(const NdtOptions& options) {
 struct Target {
   std::vector<NdtField> fields = {};
   // The cells themselves where they are spread too widely for a field: the plain sums are slower
-  // and take as much memory as there are cells, whatever lies between.
+  // and take as much memory as there are cells, whatever lies between. And where the pose
+  // deforms, as only they have an affine score.
   std::optional<NdtGrid> plain = {};
 
   Target(const std::vector<Eigen::Vector3d>& points, const NdtGridOptions& grid,
          const NdtOptions& options) {
     if (is_baseline(options))
-      take(NdtGrid(points, grid));
+      take(NdtGrid(points, grid), options);
     else
       fields = ndt_fields(points, grid, options.terms);
   }
-  explicit Target(NdtGrid grid) { take(std::move(grid)); }
+  Target(NdtGrid grid, const NdtOptions& options) { take(std::move(grid), options); }
 
-  void take(NdtGrid grid) {
-    if (std::optional<NdtField> field = ndt_field(grid))
+  void take(NdtGrid grid, const NdtOptions& options) {
+    std::optional<NdtField> field;
+    if (options.pose.is_rigid()) field = ndt_field(grid);
+    if (field)
       fields.push_back(*std::move(field));
     else
       plain = std::move(grid);
@@ -141,6 +144,11 @@ std::vector<SummedCells> merged_cells(const std::vector<Eigen::Vector3d>& points
 
 void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
              RegistrationResult& result) {
+  if (!options.pose.is_rigid() && !is_baseline(options))
+    throw std::invalid_argument(
+        "pose axis_angle with renormalise = false: expected cells as in method ndt, neither "
+        "divided nor linked, with "
+        "neighbours, endless, of near and far points or with a mixture");
   Stopwatch watch;
   const UsedCloud used = used_source(source, options.sampling);
   const std::vector<Eigen::Vector3d>& points = used->points;
@@ -155,7 +163,7 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
 
   const UsedCloud built_from = used_target(target, options.sampling);
   const auto search = [&](const Objective& objective, const SearchOptions& how) {
-    const Found found = minimise(objective, result.T_target_source, how);
+    const Found found = minimise(objective, result.T_target_source, how, options.pose);
     result.T_target_source = found.pose;
     result.iterations += found.iterations;
     result.evaluations += found.evaluations;
@@ -165,9 +173,9 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
   for (int level = options.levels - 1; level >= 0; --level) {
     NdtGridOptions grid = options.grid;
     grid.cell_size *= std::pow(options.level_ratio, level);
-    const Target cells = merged.empty()
-                             ? Target(built_from->points, grid, options)
-                             : Target(NdtGrid(merged[static_cast<std::size_t>(level)], grid));
+    const Target cells =
+        merged.empty() ? Target(built_from->points, grid, options)
+                       : Target(NdtGrid(merged[static_cast<std::size_t>(level)], grid), options);
     std::size_t bytes = cells.bytes();
     if (!far.empty()) {
       NdtGridOptions larger = grid;
@@ -192,6 +200,9 @@ void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOption
         return ndt_score(*cells.plain, pose, points, curvature);
       };
       objective.value = [&](const Pose& pose) { return ndt_value(*cells.plain, pose, points); };
+      objective.affine = [&](const Pose& pose, Curvature curvature) {
+        return ndt_affine_score(*cells.plain, pose, points, curvature);
+      };
     }
     const Found found = search(objective, options.search);
     if (level == 0) conclude(cells, found, points, packed, length, options, result);

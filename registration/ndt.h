@@ -29,6 +29,7 @@ struct NdtOptions {
   // iterations are over. 0: all in the same. The distances and the switch are assumed.
   double far_distance = 0;
   SearchOptions search = {};  // of every level
+  PoseOptions pose = {};      // if not is_rigid(): with the baseline's cells only
   double min_overlap = 0.05;  // assumed
   // Measured with 1 m cells: a plane under 1 cm of noise gives up to 1e-4, a straight tunnel with
   // rough walls 7e-3, other scans 0.03 and more.
@@ -49,6 +50,7 @@ void fields(NdtOptions& o, Visitor&& field) {
         "at first, source points this far from the scanner are scored in cells twice as large; 0: "
         "not");
   fields(o.search, field);
+  fields(o.pose, field);
   field("min-overlap", o.min_overlap, between(0, 1), "",
         "part of the used points that must lie in a cell, else no_overlap");
   field("min-rank", o.min_rank, between(0, 1), "",

@@ -66,6 +66,28 @@ Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
   return sum;
 }
 
+AffineScore ndt_affine_score(const NdtGrid& grid, const Pose& T_target_source,
+                             const std::vector<Eigen::Vector3d>& points, Curvature curvature) {
+  AffineScore sum;
+  for (const Eigen::Vector3d& p : points) {
+    const NdtCell* const cell = grid.find(T_target_source * p);
+    if (!cell) continue;
+    const Seen seen(*cell, T_target_source, p);
+    const double w = seen.density();
+    sum.value -= w;
+    ++sum.met;
+    // x' is linear in the matrix, so that its columns' derivatives are (x, 1) times the identity.
+    const Eigen::Vector4d x = p.homogeneous();
+    Eigen::Matrix3d M = w * seen.L;
+    if (curvature == Curvature::full) M -= w * seen.v * seen.v.transpose();
+    for (int a = 0; a < 4; ++a) {
+      sum.gradient.segment<3>(3 * a) += w * x[a] * seen.v;
+      for (int b = 0; b < 4; ++b) sum.hessian.block<3, 3>(3 * a, 3 * b) += x[a] * x[b] * M;
+    }
+  }
+  return sum;
+}
+
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
                  const std::vector<Eigen::Vector3d>& points) {
   double sum = 0;

@@ -30,6 +30,11 @@ Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::V
 Score ndt_score(const NdtGrid& grid, const Pose& T_target_source,
                 const std::vector<Eigen::Vector3d>& points, Curvature curvature = Curvature::full);
 
+/// The same sum for any (R, t), with its derivatives for the matrix.
+AffineScore ndt_affine_score(const NdtGrid& grid, const Pose& T_target_source,
+                             const std::vector<Eigen::Vector3d>& points,
+                             Curvature curvature = Curvature::full);
+
 /// The value alone: equal to ndt_score(...).value to the last bit.
 double ndt_value(const NdtGrid& grid, const Pose& T_target_source,
                  const std::vector<Eigen::Vector3d>& points);

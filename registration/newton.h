@@ -15,6 +15,11 @@ namespace minescan {
 Vector6d newton_step(const Vector6d& gradient, const Matrix6d& hessian, double length,
                      double max_step, Repair repair = Repair::shift);
 
+/// The same for 3, 6 or 7 parameters that are scaled by `scale` each before they are compared:
+/// for the pose, 1 for tau and 1 / length for omega.
+Parameters newton_step(const ParameterScore& score, const Parameters& scale, double max_step,
+                       Repair repair = Repair::shift);
+
 /// `pose` moved by a step: t <- t + tau, R <- Exp(omega) R.
 Pose stepped(const Pose& pose, const Vector6d& step);
 

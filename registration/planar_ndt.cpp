@@ -242,7 +242,7 @@ void run_planar_ndt(const PointCloud& target, const PointCloud& source, double l
   const Pose T_guess = result.T_target_source;
   const Heights heights{.options = options, .lift = lift};
   Pose turn = Pose::Identity();
-  turn.linear() = T_guess.linear();
+  turn.linear() = normalized(T_guess).linear();
   const std::vector<Eigen::Vector3d> points = layered(used_source(source, options.sampling)->points,
                                                       turn, T_guess.translation().z(), heights);
   std::vector<Eigen::Vector3d> in_plan_only = points;
@@ -274,7 +274,7 @@ void run_planar_ndt(const PointCloud& target, const PointCloud& source, double l
 
   const Eigen::Matrix3d R = found.pose.linear();
   const Eigen::AngleAxisd about_vertical(std::atan2(R(1, 0), R(0, 0)), Eigen::Vector3d::UnitZ());
-  result.T_target_source.linear() = about_vertical * T_guess.linear();
+  result.T_target_source.linear() = about_vertical * turn.linear();
   result.T_target_source.translation().head<2>() = found.pose.translation().head<2>();
   result.time.align = watch.lap();
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/fields.h"
+#include "registration/pose_parameters.h"
 #include "registration/result.h"
 
 namespace minescan {
@@ -25,10 +26,37 @@ struct Score {
 /// score itself, the sum of w J^T C^-1 J, which is never indefinite.
 enum class Curvature { full, gauss_newton };
 
+/// A score with its derivatives for the twelve numbers of the 3 x 4 matrix (R, t), column by
+/// column, whether R is a rotation or not.
+struct AffineScore {
+  using Vector = Eigen::Matrix<double, 12, 1>;
+  using Matrix = Eigen::Matrix<double, 12, 12>;
+  double value = 0;
+  Vector gradient = Vector::Zero();
+  Matrix hessian = Matrix::Zero();
+  std::size_t met = 0;
+};
+
+/// A score with its derivatives for the parameters of the pose.
+struct ParameterScore {
+  double value = 0;
+  Parameters gradient = {};
+  ParameterMatrix hessian = {};
+};
+
+/// The same score for other parameters, by the chain rule; exact with Curvature::full, where the
+/// second derivatives of the pose count. The first is for parameters that move rigidly.
+ParameterScore chained(const Score& score, const PoseDerivatives& pose, int parameters,
+                       Curvature curvature);
+ParameterScore chained(const AffineScore& score, const PoseDerivatives& pose, int parameters,
+                       Curvature curvature);
+
 /// What is minimised. Both functions look up partners or cells anew, so that the value may jump.
 struct Objective {
   std::function<Score(const Pose&, Curvature)> score = {};
   std::function<double(const Pose&)> value = {};  // as score(...).value, to the last bit
+  /// As `score` for any (R, t); needed where parameters do not move rigidly.
+  std::function<AffineScore(const Pose&, Curvature)> affine = {};
   /// Metres by which omega is multiplied so that all six unknowns are lengths.
   double length = 1;
 };
@@ -80,6 +108,13 @@ struct Found {
 ///                       (Nielsen 1999); a step that leads up is tried again with a larger lambda
 /// cost                  mostly one score per iteration
 Found minimise(const Objective& objective, const Pose& start, const SearchOptions& options);
+
+/// The same with steps in other parameters of the pose. max_step and stop_step are norms of them,
+/// in metres, radians and, of axis_angle's axis, no unit. One more score at the end, at the pose
+/// with a unit axis. Throws std::invalid_argument if the parameters deform and
+/// there is no affine score.
+Found minimise(const Objective& objective, const Pose& start, const SearchOptions& options,
+               const PoseOptions& pose);
 
 /// RMS distance of points from their origin, the lever by which a rotation moves them; 1 if they
 /// all lie on it.

@@ -146,7 +146,6 @@ TEST(PlanarScore, OfFourLatticesIsTheSumByHand) {
   };
   const Eigen::Isometry2d T = in_plan(0.1, -0.05, 0.03);
   double expected = 0;
-  std::size_t bytes = 0;
   for (const auto& [dx, dy] : {std::array{0.0, 0.0}, {0.5, 0.0}, {0.0, 0.5}, {0.5, 0.5}}) {
     const auto cell_of = [&, x0 = dx, y0 = dy](const Eigen::Vector2d& p, double z) {
       return std::array{static_cast<int>(std::floor(p.x() / size - x0)),
@@ -175,7 +174,6 @@ TEST(PlanarScore, OfFourLatticesIsTheSumByHand) {
       C += (least - low) * across;
       expected -= std::exp(-(moved - mean).dot(C.inverse() * (moved - mean)) / 2);
     }
-    bytes += cells.size();
   }
   const std::vector<PlanarGrid> grids = planar_grids(layered(target), {.cell_size = size});
   ASSERT_EQ(grids.size(), 4u);
