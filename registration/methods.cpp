@@ -6,6 +6,7 @@
 #include "registration/distance_quadrics.h"
 #include "registration/icp.h"
 #include "registration/ndt.h"
+#include "registration/planar_ndt.h"
 #include "registration/robust.h"
 #include "registration/voxel_gicp.h"
 #ifdef MINESCAN_OPEN3D
@@ -60,6 +61,10 @@ const std::vector<Method>& methods() {
                  NdtOptions{.grid = {.min_cell_points = 6},
                             .terms = {.neighbourhood = Neighbourhood::radius,
                                       .density = Density::mixture}}),
+      method_row("ndt-2d", "NDT in plan, for level scans: four lattices of squares of 1 m",
+                 register_planar_ndt),
+      method_row("ndt-slices", "the same in horizontal slices of 0.5 m", register_planar_ndt,
+                 PlanarNdtOptions{.slice_height = 0.5}),
       method_row("icp", "point-to-point ICP, the paper's baseline", register_icp),
       method_row("icp-plane", "point-to-plane ICP", register_icp,
                  IcpOptions{.metric = IcpMetric::plane}),

@@ -56,9 +56,10 @@ struct RegistrationResult {
   double cpu = 0;                // processor time of all of it, seconds; see Stopwatch::cpu
   std::size_t target_bytes = 0;  // memory of the prepared target
   /// Of the error (translation, rotation vector), left perturbation in the target frame: m^2, m
-  /// rad, rad^2. Zero where the method gives none.
+  /// rad, rad^2. Zero where the method gives none, and for what it leaves as guessed.
   Matrix6d covariance = Matrix6d::Zero();
-  /// Six, the one held least first, orthogonal to each other; none where the method gives none.
+  /// Six, the one held least first, orthogonal to each other; three of a motion in plan; none where
+  /// the method gives none.
   std::vector<Direction> directions = {};
 };
 

@@ -16,6 +16,12 @@ namespace {
 
 const Pose near_identity = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
 
+// What a method leaves as guessed, height, roll and pitch, has to be right to begin with.
+Pose guess_for(const Method& method) {
+  if (method.name != "ndt-2d" && method.name != "ndt-slices") return near_identity;
+  return displaced(Pose::Identity(), {0.2, -0.15, 0}, {0, 0, 1}, 0.05);
+}
+
 std::string thrown_by(const std::function<void()>& body) {
   try {
     body();
@@ -29,7 +35,7 @@ TEST(Methods, EveryRowRegistersASmallPair) {
   const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
   for (const Method& method : methods()) {
     EXPECT_FALSE(method.description.empty()) << method.name;
-    const RegistrationResult result = method.run(target, source, near_identity, {});
+    const RegistrationResult result = method.run(target, source, guess_for(method), {});
     EXPECT_EQ(result.status, Status::converged) << method.name;
     const PoseError error = pose_error(Pose::Identity(), result.T_target_source);
     EXPECT_LT(error.translation, 0.03) << method.name;
