@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -19,7 +22,10 @@ NdtField::Row row_of(const NdtCell& cell, const Eigen::Vector3d& normal,
     row.mean[i] = static_cast<float>(cell.mean[i] - corner[i]);
     row.normal[i] = static_cast<float>(normal[i]);
   }
-  row.set_information(information_matrix(cell));
+  const Eigen::Matrix3d L = information_matrix(cell);
+  row.set_information(L);
+  row.log_peak =
+      static_cast<float>(std::log(L.determinant()) / 2 - 1.5 * std::log(2 * std::numbers::pi));
   return row;
 }
 

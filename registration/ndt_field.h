@@ -23,7 +23,9 @@ struct NdtField {
     float mean[3] = {};
     float information[6] = {};  // xx, xy, xz, yy, yz, zz; 1/m^2
     float normal[3] = {};
-    float unused[4] = {};  // to 64 bytes
+    float height = 1;      // of the density at the mean, where the field's rows have heights
+    float log_peak = 0;    // log of the density at the mean that integrates to 1, in 1/m^3
+    float unused[2] = {};  // to 64 bytes
 
     void set_information(const Eigen::Matrix3d& L);
   };
@@ -41,7 +43,10 @@ struct NdtField {
   int trilinear_corner = -1;
   /// Whether derivatives are those of the weights, too, or take them for constant.
   bool weights_change = false;
-  double height = 1;  // of a density at its mean
+  /// Metres: a point further from a mean is not scored with it. 0: there is no limit.
+  double reach = 0;
+  double height = 1;         // of a density at its mean
+  bool row_heights = false;  // whether those of the rows count, too
 
   std::size_t bytes() const {
     return number.size() * sizeof(number[0]) + rows.size() * sizeof(rows[0]);

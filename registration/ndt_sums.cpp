@@ -248,7 +248,8 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
   }
 }
 
-template <FieldTerms terms>
+/// `special`: of a field with a reach or with heights of its rows.
+template <FieldTerms terms, bool special>
 FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) {
   const Float d;
   const Motion motion(field, T);
@@ -256,6 +257,7 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
   const auto unmet =
       static_cast<std::int32_t>((field.rows.size() - 1) * sizeof(NdtField::Row) / sizeof(float));
   const V half = hn::Set(d, 0.5f), farthest = hn::Set(d, max_exponent);
+  const V reach_squared = hn::Set(d, static_cast<float>(field.reach * field.reach));
 
   FieldSums result;
   MetPoints met;
@@ -288,6 +290,15 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
           hn::Mul(half, hn::MulAdd(x[2], v[2], hn::MulAdd(x[1], v[1], hn::Mul(x[0], v[0]))));
       const V near = hn::Min(exponent, farthest);
       V w = hn::IfThenElseZero(hn::Lt(exponent, farthest), hn::Exp(d, hn::Neg(near)));  // eq. 4
+      if (special && field.row_heights) {
+        V last[4];
+        load_four(rows + 12, met.base + at, last);
+        w = hn::Mul(w, last[0]);
+      }
+      if (special && field.reach > 0) {
+        const V squared = hn::MulAdd(x[2], x[2], hn::MulAdd(x[1], x[1], hn::Mul(x[0], x[0])));
+        w = hn::IfThenElseZero(hn::Le(squared, reach_squared), w);
+      }
       Weights weights;
       if (field.trilinear_corner >= 0) {
         weights = Weights(field, met, at, w);
@@ -356,17 +367,22 @@ FieldSums Sum(const NdtField& field, const Pose& T, const PackedPoints& points) 
   return result;
 }
 
+template <FieldTerms terms>
+FieldSums SumOfAny(const NdtField& field, const Pose& T, const PackedPoints& points) {
+  return field.row_heights || field.reach > 0 ? Sum<terms, true>(field, T, points)
+                                              : Sum<terms, false>(field, T, points);
+}
 FieldSums SumValue(const NdtField& field, const Pose& T, const PackedPoints& points) {
-  return Sum<FieldTerms::value>(field, T, points);
+  return SumOfAny<FieldTerms::value>(field, T, points);
 }
 FieldSums SumNewton(const NdtField& field, const Pose& T, const PackedPoints& points) {
-  return Sum<FieldTerms::newton>(field, T, points);
+  return SumOfAny<FieldTerms::newton>(field, T, points);
 }
 FieldSums SumGaussNewton(const NdtField& field, const Pose& T, const PackedPoints& points) {
-  return Sum<FieldTerms::gauss_newton>(field, T, points);
+  return SumOfAny<FieldTerms::gauss_newton>(field, T, points);
 }
 FieldSums SumInformation(const NdtField& field, const Pose& T, const PackedPoints& points) {
-  return Sum<FieldTerms::information>(field, T, points);
+  return SumOfAny<FieldTerms::information>(field, T, points);
 }
 
 }  // namespace HWY_NAMESPACE

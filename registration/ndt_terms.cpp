@@ -166,20 +166,30 @@ std::vector<NdtField> with_neighbours(const NdtField& field, Neighbourhood neigh
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z) {
         const int away = std::abs(x) + std::abs(y) + std::abs(z);
-        if (away == 0 || neighbourhood == Neighbourhood::all ||
-            (away == 1 && neighbourhood == Neighbourhood::faces))
-          fields.push_back(neighbours_of(field, {x, y, z}));
+        // A mean within one cell size lies at most one cell away.
+        const bool around =
+            neighbourhood == Neighbourhood::all || neighbourhood == Neighbourhood::radius;
+        if (away > 0 && !around && (away > 1 || neighbourhood != Neighbourhood::faces)) continue;
+        fields.push_back(neighbours_of(field, {x, y, z}));
+        if (neighbourhood == Neighbourhood::radius) fields.back().reach = field.side;
       }
   return fields;
+}
+
+MixtureFit fit_mixture(double c1, double c2) {
+  const double d3 = -std::log(c2);
+  const double d1 = -std::log(c1 + c2) - d3;
+  return {.d1 = d1, .d2 = -2 * std::log((-std::log(c1 * std::exp(-0.5) + c2) - d3) / d1)};
 }
 
 }  // namespace
 
 MixtureFit mixture_fit(double outlier_ratio, double side) {
-  const double c1 = 10 * (1 - outlier_ratio), c2 = outlier_ratio / (side * side * side);
-  const double d3 = -std::log(c2);
-  const double d1 = -std::log(c1 + c2) - d3;
-  return {.d1 = d1, .d2 = -2 * std::log((-std::log(c1 * std::exp(-0.5) + c2) - d3) / d1)};
+  return fit_mixture(10 * (1 - outlier_ratio), outlier_ratio / (side * side * side));
+}
+
+MixtureFit cell_mixture_fit(double outlier_ratio, double side, double peak) {
+  return fit_mixture((1 - outlier_ratio) * peak, outlier_ratio / (side * side * side));
 }
 
 std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
@@ -188,6 +198,10 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
       options.neighbourhood != Neighbourhood::own)
     throw std::invalid_argument(
         "neighbourhood: expected own, the only one for cells that are divided further");
+  if (options.neighbourhood == Neighbourhood::radius && (options.linked || options.endless))
+    throw std::invalid_argument(
+        "neighbourhood: expected other than radius, which looks for means, for cells that are "
+        "linked or endless");
   const auto link = [&](NdtField& field) {
     if (!options.linked) return;
     if (options.linked_by == LinkedBy::mean)
@@ -221,6 +235,15 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
       field.height = -fit.d1;
       for (NdtField::Row& row : field.rows)
         for (float& x : row.information) x *= static_cast<float>(fit.d2);
+    } else if (options.density == Density::cell_mixture) {
+      field.row_heights = true;
+      for (std::size_t i = 0; i + 1 < field.rows.size(); ++i) {
+        NdtField::Row& row = field.rows[i];
+        const MixtureFit fit =
+            cell_mixture_fit(options.outlier_ratio, grid.cell_size, std::exp(double{row.log_peak}));
+        row.height = static_cast<float>(-fit.d1);
+        for (float& x : row.information) x *= static_cast<float>(fit.d2);
+      }
     }
   }
   return fields;
@@ -242,7 +265,12 @@ MetCount count_met(const std::vector<NdtField>& fields, const Pose& T_target_sou
       const Eigen::Array3i cell = at.max(0.0).min(size - 1).cast<int>();
       const auto place =
           static_cast<std::size_t>((cell[2] * field.size[1] + cell[1]) * field.size[0] + cell[0]);
-      met = met || field.number[place] >= 0;
+      const std::int32_t number = field.number[place];
+      if (number < 0) continue;
+      const auto& [x, y, z] = field.rows[static_cast<std::size_t>(number)].mean;
+      const Eigen::Vector3d from_mean =
+          T_target_source * p - field.corner - Eigen::Vector3d(x, y, z);
+      met = met || field.reach == 0 || from_mean.norm() <= field.reach;
     }
     count.met += met;
     count.inside += inside;

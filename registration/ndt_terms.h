@@ -31,9 +31,10 @@ enum class Neighbourhood {
   all,        // and all 26 around it
   overlap,    // one of each of 8 lattices, shifted by half a cell (Biber and Strasser 2003 in 3D)
   trilinear,  // the 8 with the nearest centres, weighted (Magnusson 2009)
+  radius,     // those with a mean at most one cell size away (NDT of PCL)
 };
 constexpr auto names_of(Neighbourhood) {
-  return std::to_array<std::string_view>({"own", "faces", "all", "overlap", "trilinear"});
+  return std::to_array<std::string_view>({"own", "faces", "all", "overlap", "trilinear", "radius"});
 }
 
 /// What is nearest to a cell without a distribution: the cell with the nearest centre, or the one
@@ -44,8 +45,13 @@ constexpr auto names_of(LinkedBy) { return std::to_array<std::string_view>({"cen
 enum class Density {
   normal,   // normal distributions alone (paper, eq. 4)
   mixture,  // with a uniform part for outliers, as fitted by Magnusson (2009, eqs 6.7 to 6.10)
+  // The same, each cell's mixture integrating to 1 as the thesis says: a thin cell has a higher
+  // peak. `mixture` takes one height for all, as PCL does.
+  cell_mixture,
 };
-constexpr auto names_of(Density) { return std::to_array<std::string_view>({"normal", "mixture"}); }
+constexpr auto names_of(Density) {
+  return std::to_array<std::string_view>({"normal", "mixture", "cell_mixture"});
+}
 
 /// The defaults are the paper's baseline (section 5).
 struct NdtTermOptions {
@@ -80,22 +86,27 @@ void fields(NdtTermOptions& o, Visitor&& field) {
   field("endless", o.endless, "points outside are scored with the nearest cell of the border");
   field("density", o.density, "what a cell says of a point");
   field("outlier-ratio", o.outlier_ratio, above_up_to(0, 0.99), "",
-        "mixture: weight of the uniform part");
+        "mixture, cell_mixture: weight of the uniform part");
 }
 
-/// d1 and d2 of the mixture's approximation d1 exp(-d2 u / 2), d1 < 0, in a cell of side `side`
-/// metres (Magnusson 2009, eq. 6.10; PCL's constants: c1 = 10 (1 - o), c2 = o / side^3).
+/// d1 and d2 of d1 exp(-d2 u / 2), d1 < 0, which with a constant approximates
+/// -log(c1 exp(-u / 2) + c2) (Magnusson 2009, eq. 6.10).
 struct MixtureFit {
   double d1 = -1;
   double d2 = 1;
 };
+/// c1 = 10 (1 - outlier_ratio) as in PCL, c2 = outlier_ratio / side^3 in a cell of `side` metres.
 MixtureFit mixture_fit(double outlier_ratio, double side);
+/// c1 = (1 - outlier_ratio) peak, `peak` being the normal distribution's density at its mean, 1/m^3
+/// (what of it lies outside its cell is left out of account), and the same c2.
+MixtureFit cell_mixture_fit(double outlier_ratio, double side, double peak);
 
 /// The fields over which the score of these options is summed; empty if no cell has a distribution.
 /// `linked` and `endless` hold for each of them.
 ///
 /// throws  std::invalid_argument if a field has more than max_field_cells, a point lies more than
-///         2^20 cells from the lattice's origin, or cells are divided and not looked up by `own`
+///         2^20 cells from the lattice's origin, cells are divided and not looked up by `own`, or
+///         looked up by `radius` and linked or endless
 std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
                                  const NdtGridOptions& grid, const NdtTermOptions& options);
 

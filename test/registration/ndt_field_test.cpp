@@ -70,9 +70,10 @@ TEST(NdtField, PointsOutsideMeetNothingOrTheBorder) {
 }
 
 TEST(LinkCells, PointToTheNearest) {
-  const NdtGrid grid(bumpy_tunnel(400, 1).points, {});  // sparse: about a cell in four
+  const NdtGrid grid(bumpy_tunnel(2500, 1).points, {});  // gaps in the walls
   NdtField field = *ndt_field(grid, 2);
   const std::vector<std::int32_t> before = field.number;
+  ASSERT_GT(grid.cells().size(), 100u);
   link_cells(field);
   const auto place = [&](std::int32_t i) {
     const std::int32_t x = i % field.size[0], y = i / field.size[0] % field.size[1];

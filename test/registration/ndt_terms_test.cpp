@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "clouds.h"
 #include "registration/ndt.h"
@@ -165,6 +167,59 @@ TEST(NdtTerms, TrilinearDerivativesMatchDifferencesWithChangingWeights) {
   EXPECT_GT((constant.gradient - gradient).norm(), 0.02 * gradient.norm());
 }
 
+TEST(NdtTerms, RadiusIsAllMeansWithinOneCellSize) {
+  for (const double side : {1.0, 2.0}) {
+    const std::vector<Eigen::Vector3d> points = bumpy_tunnel(20000, 1).points;
+    const NdtGrid grid(points, {.cell_size = side});
+    std::vector<Eigen::Vector3d> kept;
+    std::size_t met = 0;
+    Score plain;
+    for (const Eigen::Vector3d& p : sources()) {
+      std::vector<const NdtCell*> near;
+      bool border = false;  // as far away as that, within the rounding of single precision
+      for (const NdtCell& cell : grid.cells()) {
+        const double distance = (T * p - cell.mean).norm();
+        if (distance <= side) near.push_back(&cell);
+        border = border || std::abs(distance - side) < 1e-5;
+      }
+      if (border) continue;
+      kept.push_back(p);
+      met += !near.empty();
+      for (const NdtCell* cell : near) {
+        const Score term = ndt_score(*cell, T, p);
+        plain.value += term.value;
+        plain.gradient += term.gradient;
+        plain.hessian += term.hessian;
+      }
+    }
+    const std::vector<NdtField> fields =
+        ndt_fields(points, {.cell_size = side}, {.neighbourhood = Neighbourhood::radius});
+    Score sum;
+    for (const NdtField& field : fields) {
+      const Score score = ndt_score(field, T, PackedPoints(kept));
+      EXPECT_EQ(score.value, ndt_value(field, T, PackedPoints(kept)));
+      sum.value += score.value;
+      sum.gradient += score.gradient;
+      sum.hessian += score.hessian;
+    }
+    expect_equal(sum, plain);
+    EXPECT_EQ(count_met(fields, T, kept).met, met);
+    // It is neither the cell alone nor all around.
+    for (const Neighbourhood other : {Neighbourhood::own, Neighbourhood::all}) {
+      double value = 0;
+      for (const NdtField& field :
+           ndt_fields(points, {.cell_size = side}, {.neighbourhood = other}))
+        value += ndt_value(field, T, PackedPoints(kept));
+      EXPECT_GT(std::abs(value - sum.value), 1e-3 * std::abs(sum.value));
+    }
+  }
+  for (const bool linked : {true, false})
+    EXPECT_THROW(
+        ndt_fields(sources(), {},
+                   {.neighbourhood = Neighbourhood::radius, .linked = linked, .endless = !linked}),
+        std::invalid_argument);
+}
+
 TEST(NdtTerms, OverlapIsEightLattices) {
   Score plain;
   for (int shift = 0; shift < 8; ++shift) {
@@ -286,6 +341,40 @@ TEST(NdtTerms, MixtureIsTheSameWithWiderCellsAndAnotherHeight) {
   }
   EXPECT_NEAR(fields_score({}, {.density = Density::mixture}).value, plain,
               tolerance * std::abs(plain));
+}
+
+TEST(NdtTerms, CellMixtureIntegratesToOne) {
+  const double o = 0.4, side = 2;
+  const NdtGrid grid(bumpy_tunnel(20000, 1).points, {.cell_size = side});
+  Score plain;
+  double lowest = 1e9, highest = 0;
+  for (const Eigen::Vector3d& p : sources()) {
+    const NdtCell* cell = grid.find(T * p);
+    if (!cell) continue;
+    const Eigen::Matrix3d C = information_matrix(*cell).inverse();
+    // The integral of c1 exp(-u / 2) over space, and that of c2 over the cell: 1 - o and o.
+    const double volume = std::sqrt(std::pow(2 * std::numbers::pi, 3) * C.determinant());
+    const double c1 = (1 - o) / volume, c2 = o / std::pow(side, 3);
+    // The approximation goes through u = 0, 1 and infinity.
+    const double d3 = -std::log(c2), d1 = -std::log(c1 + c2) - d3;
+    const double at_one = -std::log(c1 * std::exp(-0.5) + c2) - d3;
+    const double d2 = 2 * std::log(d1 / at_one);
+    NdtCell wider = *cell;
+    for (double& x : wider.information) x *= d2;
+    const Score term = ndt_score(wider, T, p);
+    plain.value += -d1 * term.value;
+    plain.gradient += -d1 * term.gradient;
+    plain.hessian += -d1 * term.hessian;
+    ++plain.met;
+    lowest = std::min(lowest, -d1), highest = std::max(highest, -d1);
+  }
+  EXPECT_GT(highest, 1.3 * lowest);  // thin cells weigh more
+  const NdtTermOptions options{.density = Density::cell_mixture, .outlier_ratio = o};
+  expect_equal(fields_score({.cell_size = side}, options), plain);
+  // All neighbourhoods take the same distributions: one more cell is one more term.
+  NdtTermOptions all = options;
+  all.neighbourhood = Neighbourhood::all;
+  EXPECT_LT(fields_score({.cell_size = side}, all).value, plain.value);
 }
 
 TEST(RegisterNdt, NearAndFarEndsWhereTheSmallCellsDo) {
