@@ -8,6 +8,7 @@
 #include <chrono>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "registration/icp.h"
 #include "registration/kdtree.h"
@@ -75,6 +76,7 @@ struct Tally {
 
   void run(const std::string& name, std::uint64_t number) {
     const Pair& pair = junction();
+    const OneThread alone;
     const RegistrationResult result =
         find_method(name).run(pair.target, pair.source, start(number), {});
     const PoseError error = pose_error(pair.truth, result.T_target_source);
