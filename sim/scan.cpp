@@ -451,7 +451,7 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
   // Some columns at a time, in memory that stays in the processor's cache, where each has room for
   // all that its beams may return, so that any thread may write it.
   const auto tile_columns = static_cast<std::size_t>(tile_shape(scanner).columns);
-  const std::size_t batch = 2 * static_cast<std::size_t>(available_threads()) * tile_columns;
+  const std::size_t batch = 3 * static_cast<std::size_t>(available_threads()) * tile_columns;
   Scan some;
   for_each_array([&](auto& array) { array.resize(batch * column_size); }, some);
   std::vector<std::size_t> place(batch);
