@@ -9,6 +9,7 @@
 
 #include "core/pose.h"
 #include "registration/ndt_score.h"
+#include "registration/newton.h"
 #include "registration/registered.h"
 #include "registration/stopwatch.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Matrix36 = Eigen::Matrix<double, 3, 6>;
+using Matrix36 = PointJacobian;
 
 // Beyond it a term is left out of the value and the derivatives alike, as in 3D-NDT.
 constexpr double max_exponent = 120;
@@ -44,16 +45,10 @@ Term term_of(const Distribution& target, const Distribution& source, const Pose&
   return term;
 }
 
-Matrix36 jacobian(const Vector3d& y) {
-  Matrix36 J;
-  J << Matrix3d::Identity(), -skew(y);
-  return J;
-}
-
 void add(Score& sum, const Term& term, double d2, Curvature curvature) {
   if (!(term.height > 0)) return;
   sum.value -= term.height;
-  const Matrix36 J = jacobian(term.y);
+  const Matrix36 J = point_jacobian(term.y);
   const Vector3d v = term.B * term.mu;
   // How the turned covariance changes.
   std::array<Matrix3d, 3> E, Z;
@@ -155,7 +150,7 @@ void conclude(const Pair& pair, const Found& found, const std::vector<Vector3d>&
   pair.for_each_pair(found.pose, [&](std::size_t s, std::size_t t) {
     met[s] = 1;
     const Term term = term_of(pair.target.all[t], pair.source.all[s], found.pose, pair.d2);
-    const Matrix36 J = jacobian(term.y);
+    const Matrix36 J = point_jacobian(term.y);
     const double w = pair.d2 * term.height;
     information.gauss_newton += w * (J.transpose() * term.B * J);
     const Vector6d held = J.transpose() * pair.target.grid.normal(pair.target.grid.cells()[t]);
@@ -169,15 +164,11 @@ void conclude(const Pair& pair, const Found& found, const std::vector<Vector3d>&
     const NdtCell* cell = pair.source.grid.find(p);
     return !cell || met[pair.source.number(*cell)] == 0;
   }));
-  const auto cells = static_cast<double>(pair.source.all.size());
-  if (static_cast<double>(found.score.met) < std::max(6.0, options.min_overlap * cells)) {
-    result.status = Status::no_overlap;
-  } else if (!(result.directions.front().hold >= options.min_rank)) {
-    result.status = Status::degenerate;
-  } else {
-    result.status = found.converged ? Status::converged : Status::max_iterations;
+  result.status =
+      status_of(result, found.score.met, needed_points(pair.source.all.size(), options.min_overlap),
+                options.min_rank, found.converged);
+  if (result.status == Status::converged || result.status == Status::max_iterations)
     result.covariance = pose_covariance(information);
-  }
 }
 
 void run_d2d(const PointCloud& target, const PointCloud& source, const D2dOptions& options,

@@ -203,7 +203,7 @@ void run_distance_quadrics(const PointCloud& target, const PointCloud& source,
         pairs.push_back({.point = point, .quadric = *quadric});
     return pairs.size();
   };
-  const double needed = std::max(6.0, options.min_overlap * static_cast<double>(points.size()));
+  const double needed = needed_points(points.size(), options.min_overlap);
   const PairsAtEnd end =
       octree ? step_and_pair(in_octree, needed, length, Motion::screw, options.search, result)
              : step_and_pair(on_demand, needed, length, Motion::screw, options.search, result);

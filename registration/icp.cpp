@@ -221,8 +221,7 @@ Pull pull_along(const IcpPairs& pairs, const Eigen::Vector3d& centre, IcpMetric 
 Pull pull_to_points(const IcpPairs& pairs, const Eigen::Vector3d& centre) {
   Pull pull;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -skew(pairs.source[i] - centre);
+    const PointJacobian J = point_jacobian(pairs.source[i] - centre);
     pull.information += pairs.weight[i] * J.transpose() * J;
     pull.squares += pairs.weight[i] * (pairs.source[i] - pairs.target[i]).squaredNorm();
     pull.weights += pairs.weight[i];
@@ -345,8 +344,7 @@ void run_icp(const PointCloud& whole_target, const PointCloud& source, const Icp
   result.target_bytes = tree.bytes();
   result.time.target = watch.lap();
 
-  const double needed =
-      std::max(6.0, options.min_overlap * static_cast<double>(used.points.size()));
+  const double needed = needed_points(used.points.size(), options.min_overlap);
   Matcher matcher(target, used, tree, normals, options);
   IcpPairs pairs;
   Pose& T = result.T_target_source;

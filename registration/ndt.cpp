@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -71,6 +72,15 @@ bool is_baseline(const NdtOptions& options) {
          terms.density == Density::normal;
 }
 
+/// Throws std::invalid_argument if it is not so; `what` needs it.
+void require_baseline(const NdtOptions& options, const char* what) {
+  if (is_baseline(options)) return;
+  throw std::invalid_argument(
+      std::string(what) +
+      ": expected cells as in method ndt, neither divided nor linked, with neighbours, endless, of "
+      "near and far points or with a mixture");
+}
+
 /// The target in cells of one size, for one level.
 struct Target {
   std::vector<NdtField> fields = {};
@@ -116,15 +126,10 @@ void conclude(const Target& target, const Found& found, const std::vector<Eigen:
   result.score = found.score.value;
   result.outside_points = points.size() - std::max(count.inside, count.met);
   result.empty_points = points.size() - result.outside_points - count.met;
-  const auto used = static_cast<double>(points.size());
-  if (static_cast<double>(count.met) < std::max(6.0, options.min_overlap * used)) {
-    result.status = Status::no_overlap;
-  } else if (!(result.directions.front().hold >= options.min_rank)) {
-    result.status = Status::degenerate;
-  } else {
-    result.status = found.converged ? Status::converged : Status::max_iterations;
+  result.status = status_of(result, count.met, needed_points(points.size(), options.min_overlap),
+                            options.min_rank, found.converged);
+  if (result.status == Status::converged || result.status == Status::max_iterations)
     result.covariance = pose_covariance(information);
-  }
 }
 
 /// The sums of all levels, the smallest cells first; none where each level goes through the points.
@@ -132,10 +137,8 @@ std::vector<SummedCells> merged_cells(const std::vector<Eigen::Vector3d>& points
                                       const NdtOptions& options) {
   std::vector<SummedCells> levels;
   if (!options.merged) return levels;
-  if (options.level_ratio != 2 || !is_baseline(options))
-    throw std::invalid_argument(
-        "merged: expected level-ratio 2 and cells as in method ndt, neither divided nor linked, "
-        "with neighbours, endless, of near and far points or with a mixture");
+  require_baseline(options, "merged");
+  if (options.level_ratio != 2) throw std::invalid_argument("merged: expected level-ratio 2");
   levels.push_back(sum_cells(points, Lattice(options.grid.cell_size, options.grid.lattice_origin)));
   while (static_cast<int>(levels.size()) < options.levels)
     levels.push_back(twice_as_large(levels.back()));
@@ -144,11 +147,8 @@ std::vector<SummedCells> merged_cells(const std::vector<Eigen::Vector3d>& points
 
 void run_ndt(const PointCloud& target, const PointCloud& source, const NdtOptions& options,
              RegistrationResult& result) {
-  if (!options.pose.is_rigid() && !is_baseline(options))
-    throw std::invalid_argument(
-        "pose axis_angle with renormalise = false: expected cells as in method ndt, neither "
-        "divided nor linked, with "
-        "neighbours, endless, of near and far points or with a mixture");
+  if (!options.pose.is_rigid())
+    require_baseline(options, "pose axis_angle with renormalise = false");
   Stopwatch watch;
   const UsedCloud used = used_source(source, options.sampling);
   const std::vector<Eigen::Vector3d>& points = used->points;

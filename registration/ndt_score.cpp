@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "registration/newton.h"
+
 namespace minescan {
 namespace {
 
@@ -26,11 +28,7 @@ struct Seen {
   double density() const {  // eq. 4 with c = 1
     return squared / 2 < max_exponent ? std::exp(-squared / 2) : 0;
   }
-  Eigen::Matrix<double, 3, 6> jacobian() const {
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -skew(y);
-    return J;
-  }
+  PointJacobian jacobian() const { return point_jacobian(y); }
 };
 
 }  // namespace
@@ -39,7 +37,7 @@ Score ndt_score(const NdtCell& cell, const Pose& T_target_source, const Eigen::V
                 Curvature curvature) {
   const Seen seen(cell, T_target_source, point);
   const double w = seen.density();
-  const Eigen::Matrix<double, 3, 6> J = seen.jacobian();
+  const PointJacobian J = seen.jacobian();
   const Vector6d h = J.transpose() * seen.v;
   Score term{.value = -w, .gradient = w * h, .met = 1};  // eqs 6 and 8, one term
   term.hessian = w * (J.transpose() * seen.L * J);
@@ -105,7 +103,7 @@ NdtInformation ndt_information(const NdtGrid& grid, const Pose& T_target_source,
     if (!cell) continue;
     const Seen seen(*cell, T_target_source, p);
     const double w = seen.density();
-    const Eigen::Matrix<double, 3, 6> J = seen.jacobian();
+    const PointJacobian J = seen.jacobian();
     const Vector6d along_normal = J.transpose() * grid.normal(*cell);
     sum.gauss_newton += w * (J.transpose() * seen.L * J);
     sum.surface += w * along_normal * along_normal.transpose();

@@ -2,6 +2,7 @@
 // One step of Newton's method for a pose, where the Hessian may be anything.
 #pragma once
 
+#include "core/pose.h"
 #include "registration/search.h"
 
 namespace minescan {
@@ -19,6 +20,14 @@ Vector6d newton_step(const Vector6d& gradient, const Matrix6d& hessian, double l
 /// for the pose, 1 for tau and 1 / length for omega.
 Parameters newton_step(const ParameterScore& score, const Parameters& scale, double max_step,
                        Repair repair = Repair::shift);
+
+/// How a point moves with (tau, omega): [I | -[y]x], y being the point turned but not shifted.
+using PointJacobian = Eigen::Matrix<double, 3, 6>;
+inline PointJacobian point_jacobian(const Eigen::Vector3d& y) {
+  PointJacobian J;
+  J << Eigen::Matrix3d::Identity(), -skew(y);
+  return J;
+}
 
 /// `pose` moved by a step: t <- t + tau, R <- Exp(omega) R.
 Pose stepped(const Pose& pose, const Vector6d& step);

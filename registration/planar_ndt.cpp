@@ -221,13 +221,9 @@ void conclude(const std::vector<PlanarGrid>& grids, const Found& found,
   const std::size_t met = found.score.met;
   result.outside_points = points.size() - std::max(inside, met);
   result.empty_points = points.size() - result.outside_points - met;
-  if (static_cast<double>(met) <
-      std::max(6.0, options.min_overlap * static_cast<double>(points.size()))) {
-    result.status = Status::no_overlap;
-  } else if (!(result.directions.front().hold >= options.min_rank)) {
-    result.status = Status::degenerate;
-  } else {
-    result.status = found.converged ? Status::converged : Status::max_iterations;
+  result.status = status_of(result, met, needed_points(points.size(), options.min_overlap),
+                            options.min_rank, found.converged);
+  if (result.status == Status::converged || result.status == Status::max_iterations) {
     // Of points as the cells say, weighted by their densities, the mean of the squares is 1. A
     // point counts once, in however many grids it is seen.
     const double scale =

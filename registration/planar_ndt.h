@@ -142,9 +142,8 @@ PlanarScore planar_score(const std::vector<PlanarGrid>& grids,
 ///                 of the target is up. Heights are those of the target's own frame, also where it
 ///                 is far from its origin.
 /// T_guess         start pose T_target_source. Slices need it level: an error alpha of roll or
-/// pitch
-///                 moves points at range r by r * alpha in height, to another slice for about half
-///                 of them from half a slice height on.
+///                 pitch moves points at range r by r * alpha in height; from half a slice height
+///                 on, about half of them come to lie in another slice.
 /// returns         status, score and points as register_ndt; degenerate when walls leave a free
 ///                 direction in plan, where a cell holds only across its line, by its
 ///                 wall_likeness.
@@ -152,8 +151,8 @@ PlanarScore planar_score(const std::vector<PlanarGrid>& grids,
 ///                 covariance: of x, y and the turn, scaled as that of register_ndt; zero for the
 ///                 rest, which is not estimated. directions: the three in plan.
 /// throws          std::invalid_argument for an empty cloud, a coordinate that is not finite or
-/// more
-///                 than 2^20 cells or slices from the lattice's origin, or an option out of range
+///                 more than 2^20 cells or slices from the lattice's origin, or an option out of
+///                 range
 /// cost            O(N + M + iterations * used points) time; O(N + occupied cells) memory
 /// source          Biber and Strasser, "The normal distributions transform: a new approach to laser
 ///                 scan matching", IROS 2003; slices: Ripperda and Brenner, "Marker-free

@@ -5,17 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "registration/newton.h"
 #include "registration/registered.h"
 
 namespace minescan {
 namespace {
-
-/// How a point moves with (tau, omega), y being the rotated point.
-Eigen::Matrix<double, 3, 6> motion_of(const Eigen::Vector3d& y) {
-  Eigen::Matrix<double, 3, 6> J;
-  J << Eigen::Matrix3d::Identity(), -skew(y);
-  return J;
-}
 
 /// The step that a pose is away from the identity.
 Vector6d step_of(const Pose& moved) {
@@ -36,7 +30,7 @@ Score quadratic_score(const std::vector<QuadraticPair>& pairs, const Pose& T_tar
     const Eigen::Matrix3d A = pair.weight * pair.quadric.A;
     const Eigen::Vector3d b = pair.weight * pair.quadric.b;
     const Eigen::Vector3d v = A * d + b;  // half the gradient of w F
-    const Eigen::Matrix<double, 3, 6> J = motion_of(y);
+    const PointJacobian J = point_jacobian(y);
     sum.value += (d.dot(v + b) + pair.weight * pair.quadric.c) / 2;
     sum.gradient += J.transpose() * v;
     sum.hessian += J.transpose() * (A * J);
@@ -51,7 +45,7 @@ Matrix6d held_by(const std::vector<QuadraticPair>& pairs, const Pose& T_target_s
   Matrix6d held = Matrix6d::Zero();
   for (const QuadraticPair& pair : pairs) {
     const Vector6d along =
-        motion_of(T_target_source.linear() * pair.point).transpose() * pair.normal;
+        point_jacobian(T_target_source.linear() * pair.point).transpose() * pair.normal;
     held += pair.weight * along * along.transpose();
   }
   return held;
@@ -84,11 +78,7 @@ PairsAtEnd step_and_pair(const FindPairs& find, double needed, double length, Mo
   // there, values elsewhere.
   const auto at = [&](const Pose& moved) {
     const Vector6d step = step_of(moved);
-    if (motion == Motion::screw) return screwed(T, step);
-    Pose pose = T;
-    pose.translation() += step.head<3>();
-    pose.linear() = moved.linear() * T.linear();
-    return pose;
+    return motion == Motion::screw ? screwed(T, step) : stepped(T, step);
   };
   const Objective objective{
       .score =

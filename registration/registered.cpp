@@ -104,6 +104,18 @@ RegistrationResult registered(
   return result;
 }
 
+double needed_points(std::size_t used, double min_overlap) {
+  return std::max(6.0, min_overlap * static_cast<double>(used));
+}
+
+Status status_of(const RegistrationResult& result, std::size_t met, double needed, double min_rank,
+                 bool converged) {
+  if (static_cast<double>(met) < needed) return Status::no_overlap;
+  // True for NaN.
+  if (!(result.directions.front().hold >= min_rank)) return Status::degenerate;
+  return converged ? Status::converged : Status::max_iterations;
+}
+
 std::vector<Direction> directions_of(const Matrix6d& information, double length) {
   Vector6d scale = Vector6d::Ones();
   scale.tail<3>() /= length;

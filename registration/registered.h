@@ -60,6 +60,15 @@ RegistrationResult registered(const PointCloud& target, const PointCloud& source
           RegistrationResult& result) { work(near_target, near_source, options, result); });
 }
 
+/// How many of the `used` points (or cells) must have a partner, else the status is no_overlap:
+/// `min_overlap` of them, and 6, as many as a pose has freedoms.
+double needed_points(std::size_t used, double min_overlap);
+
+/// no_overlap if fewer than `needed` were met, degenerate if the first of result.directions is held
+/// less than min_rank, else converged or max_iterations.
+Status status_of(const RegistrationResult& result, std::size_t met, double needed, double min_rank,
+                 bool converged);
+
 /// How firmly each of six orthogonal directions is held, the one held least first.
 ///
 /// information  6 x 6, symmetric, of (tau, omega): how the surfaces hold the pose

@@ -38,8 +38,7 @@ void run_voxel_gicp(const PointCloud& target, const PointCloud& source,
   result.target_bytes = map.bytes();
   result.time.target = watch.lap();
 
-  const double needed =
-      std::max(6.0, options.min_overlap * static_cast<double>(used.points.size()));
+  const double needed = needed_points(used.points.size(), options.min_overlap);
   const auto find = [&](const Pose& T, std::vector<QuadraticPair>& pairs) {
     return pair_voxels(map, used, T, options, pairs);
   };

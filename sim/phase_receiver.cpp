@@ -6,7 +6,8 @@
 #include <numbers>
 
 // This file is compiled once for each kind of processor: loops over 16 beams, which compilers turn
-// into its widest instructions, with the same bits on all of them.
+// into its widest instructions. Their bits are the same on all of them; sine_cosine and its like
+// differ as sim/vector_math.h says.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sim/phase_receiver.cpp"
 #include <hwy/foreach_target.h>

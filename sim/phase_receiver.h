@@ -21,12 +21,13 @@ struct PhaseReadings {
   std::array<bool, lanes> saturated, outlier;
 };
 
-class PhaseReceiver {
- public:
+/// The receiver, with what is the same for all beams computed once.
+struct PhaseReceiver {
   /// Of a scanner with tones.
   explicit PhaseReceiver(const Scanner& scanner);
 
-  /// How many blocks of normal numbers `read` uses.
+  /// How many blocks of normal numbers `read` uses: of block 0 the range noise and two numbers of
+  /// the finest tone, two tones in each further one.
   std::size_t blocks() const { return 1 + tones.size() / 2; }
 
   PhaseReadings read(const Light& light) const;
@@ -36,6 +37,7 @@ class PhaseReceiver {
     double per_metre = 1;
     float depth = 1;
   };
+
   Scanner scanner;
   std::vector<Tone> tones = {};
   double phase_steps = 1;  // per turn

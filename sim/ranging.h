@@ -35,13 +35,13 @@ inline constexpr double surface_gap = 0.1;
 
 /// The ranging part of a scanner, with what is the same for all beams computed once.
 ///
-/// Phase: each tone f sums the light of all facets as phasors,
+/// Phase: each tone f sums the light of all sub-rays as phasors,
 ///   Z_f = depth_f sum_i w_i A_i exp(2 pi j R_i / Lambda_f) + leakage + noise,
 /// A_i = amplitude(). Its range is Lambda_f arg(Z_f) / (2 pi); the coarse tones tell the periods of
 /// the finer ones. The noise of each component has the variance amplitude_noise^2 + s A, with s
 /// such that the range noise far away is range_noise_growth R / sqrt(rho cos).
 ///
-/// Pulse: facets that are nearer to each other than the pulse is long are one return at their mean,
+/// Pulse: parts that are nearer to each other than the pulse is long are one return at their mean,
 /// unless one surface has the share `pulse_capture` of its light.
 class Ranging {
  public:
@@ -50,8 +50,8 @@ class Ranging {
   /// How many blocks of normal numbers `measure` reads, at least 1.
   std::size_t blocks() const { return phase_ ? phase_->blocks() : 1; }
 
-  /// Measures what each beam met; beams without facets have no return. `echoes` is as long as
-  /// there are beams.
+  /// Measures what each beam met; beams that bring no light back have no return. `echoes` is as
+  /// long as there are beams, at most 16.
   void measure(const Light& light, std::span<Echoes> echoes) const;
 
  private:

@@ -449,7 +449,9 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
 
   for_each_array([&](auto& array) { array.reserve(planes * column_size); }, result);
   // Some columns at a time, in memory that stays in the processor's cache, where each has room for
-  // all that its beams may return, so that any thread may write it.
+  // all that its beams may return, so that any thread may write it. Three tiles for every thread:
+  // with two, two threads wait for each other (1.8 times as fast as one instead of 1.9); with four,
+  // the arrays outgrow a cache of 1 MB (measured, 400 x 360 beams).
   const auto tile_columns = static_cast<std::size_t>(tile_shape(scanner).columns);
   const std::size_t batch = 3 * static_cast<std::size_t>(available_threads()) * tile_columns;
   Scan some;

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "clouds.h"
+#include "registration/newton.h"
 
 namespace minescan {
 namespace {
@@ -20,13 +21,6 @@ Distribution random_distribution(Random& random) {
   for (int i = 0; i < 3; ++i) A.col(i) = 0.4 * random_vector(random);
   return {.mean = random_vector(random),
           .covariance = A * A.transpose() + 0.05 * Matrix3d::Identity()};
-}
-
-Pose stepped(const Pose& T, const Vector6d& step) {
-  Pose moved = T;
-  moved.linear() = rotation_exp(step.tail<3>()) * T.linear();
-  moved.translation() += step.head<3>();
-  return moved;
 }
 
 TEST(D2dScore, DerivativesMatchCentralDifferences) {

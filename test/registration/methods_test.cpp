@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "clouds.h"
@@ -44,6 +42,7 @@ TEST(Methods, EveryRowRegistersASmallPair) {
     if (const Field* ratio = find_field(method.fields, "sample-ratio")) {
       EXPECT_EQ(result.used_points, sample_size(20000, std::stod(ratio->value))) << method.name;
     }
+    EXPECT_GE(result.used_points, 2000u) << method.name;
     EXPECT_GT(result.cpu, 0) << method.name;
     EXPECT_GT(result.time.align, 0) << method.name;
   }
@@ -59,21 +58,6 @@ TEST(Methods, EveryRowGivesTheSameBytesAgainAndForAnyNumberOfThreads) {
     EXPECT_EQ(one.score, two.score) << method.name;
     EXPECT_EQ(one.iterations, two.iterations) << method.name;
   }
-}
-
-// The same score by another program (PCL 1.13), which searches for its cells in a tree of means.
-TEST(Methods, NdtRadiusEndsWhereNdtOfPclDoes) {
-  const auto pcl = std::ranges::find(methods(), "pcl-ndt", &Method::name);
-  if (pcl == methods().end()) GTEST_SKIP() << "built without PCL";
-  const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
-  const RegistrationResult theirs = pcl->run(target, source, near_identity, {{"epsilon", "1e-12"}});
-  const RegistrationResult ours =
-      find_method("ndt-radius").run(target, source, near_identity, {{"stop-step", "1e-7"}});
-  // PCL keeps points in single precision, 1e-6 m here, and its steps end there.
-  EXPECT_NEAR(ours.score, theirs.score, 1e-5 * std::abs(theirs.score));
-  const PoseError error = pose_error(theirs.T_target_source, ours.T_target_source);
-  EXPECT_LT(error.translation, 1e-4);
-  EXPECT_LT(error.rotation, 1e-5);
 }
 
 // Sampling by hand beforehand is the same as what the methods do.

@@ -10,6 +10,7 @@
 #include "clouds.h"
 #include "registration/ndt.h"
 #include "registration/ndt_sums.h"
+#include "registration/newton.h"
 
 namespace minescan {
 namespace {
@@ -134,9 +135,7 @@ TEST(NdtTerms, TrilinearDerivativesMatchDifferencesWithChangingWeights) {
     }
   }
   const auto value = [&](const Vector6d& step) {
-    Pose moved = T;
-    moved.linear() = rotation_exp(step.tail<3>()) * T.linear();
-    moved.translation() += step.head<3>();
+    const Pose moved = stepped(T, step);
     double sum = 0;
     for (const Near& near : list) {
       const Eigen::Array3d weights = 1 - ((moved * near.point - near.centre).array() *

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What holds for every method, whatever the clouds: checked for random motions and clouds.
-// pcl-fpfh is left out: its start is drawn at random and takes seconds.
+// pcl-fpfh is left out: it takes seconds and has no start.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
