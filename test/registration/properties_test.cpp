@@ -129,10 +129,9 @@ TEST(Properties, AnyMotionMovesTheResultAlong) {
       const Pose start = guess_for(method);
       const RegistrationResult here = method.run(target, source, start, {});
       const RegistrationResult there = method.run(transformed(M, target), source, M * start, {});
-      // Other cells give another result. These clouds have a point for every 0.1 m^2; each result
-      // is taken to be within 5 cm of the truth, a third of a point's share.
+      // Other cells give another result: with clouds as sparse as these 3 to 6 cm apart (measured).
       expect_near(method, M * here.T_target_source, there.T_target_source,
-                  has_lattice(method) ? 0.1 : rounding(method));
+                  has_lattice(method) ? 0.06 : rounding(method));
     }
   });
 }
@@ -145,7 +144,8 @@ TEST(Properties, SwappedCloudsInvertTheResult) {
       const Pose start = guess_for(method);
       const RegistrationResult there = method.run(target, source, start, {});
       const RegistrationResult back = method.run(source, target, start.inverse(), {});
-      // As above.
+      // Other points are sampled, and of those few hold the pose along the tunnel: up to 9 cm apart
+      // (measured, icp).
       expect_near(method, there.T_target_source, back.T_target_source.inverse(), 0.1);
     }
   });
