@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Loops over several cores. A body writes to its own slots of arrays sized beforehand, and sums are
+// Loops over several cores. A body of parallel_for writes to its own slots of arrays sized beforehand, and sums are
 // taken in index order afterwards, so results do not depend on the number of threads.
 #pragma once
 
@@ -14,6 +14,14 @@ namespace minescan {
 /// depend on the number of threads. An exception of a body ends the loop and is thrown here.
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+/// Work in two steps, the second in order: calls make(i, slot) for i = 0 ... count - 1 from several
+/// threads and, each after its make, take(i, slot) one after the other, i = 0 first. `slot` says
+/// which of parallel_slots() buffers is i's own from its make to the end of its take. An exception
+/// of either ends the work and is thrown here.
+using InOrder = std::function<void(std::size_t i, std::size_t slot)>;
+void parallel_in_order(std::size_t count, const InOrder& make, const InOrder& take);
+std::size_t parallel_slots();
 
 /// While it lives, loops use at most `threads` threads (>= 1).
 class ThreadLimit {

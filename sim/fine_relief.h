@@ -2,12 +2,11 @@
 // The relief of a surface that its triangles leave out, as one wave of gradient noise; see `scan`.
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
-#include <span>
+#include <array>
 
 #include "core/cloud.h"
-#include "sim/raycaster.h"
+#include "sim/packet.h"
+#include "sim/vector_math.h"
 
 namespace minescan {
 
@@ -21,19 +20,17 @@ class FineRelief {
   explicit FineRelief(const Material& material);
 
   /// Whether there is any.
-  bool exists() const { return height_ > 0; }
+  bool exists() const { return noise_.height > 0; }
 
-  /// Turns those of `hits` that `chosen` lists into what they are with the relief; rays[i] met
-  /// hits[i], and shifts[i] becomes by how much its range is longer then, metres. At most 16 are
-  /// chosen.
-  void apply(std::span<const Ray> rays, std::span<const std::uint8_t> chosen, std::span<Hit> hits,
-             std::span<double> shifts) const;
+  /// Turns the chosen ones of `hits` into what they are with the relief; `rays` are what met them.
+  /// shift[i] becomes by how much the range is longer then, metres.
+  void apply(const RayPacket& rays, const std::array<bool, lanes>& chosen, HitPacket& hits,
+             DoubleLanes& shift) const {
+    apply_relief(noise_, rays, chosen, hits, shift);
+  }
 
  private:
-  Eigen::Matrix3d to_lattice_ = Eigen::Matrix3d::Zero();  // from the world
-  double height_ = 0;                                     // metres per unit of noise
-  double reach_ = 0;                                      // metres along the beam
-  std::uint64_t seed_ = 0;
+  ReliefNoise noise_ = {};
 };
 
 }  // namespace minescan

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/vector_math.h"
+
 namespace minescan {
 namespace {
 
@@ -135,20 +137,70 @@ Kinematics::Plane Kinematics::plane(int column, double jitter) const {
   return plane;
 }
 
-Beam Kinematics::without_mirror(const Plane& plane, int ring) const {
+void Kinematics::origins(const MatrixLanes& head, const Rings& rings, VectorLanes& origins) const {
+  if (!has_lever_) {
+    origins = {};
+    return;
+  }
+  VectorLanes of_ring;
+  for (std::size_t i = 0; i < lanes; ++i)
+    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].origin);
+  product(head, of_ring, origins);
+}
+
+void Kinematics::nominal(const Heads& heads, const Rings& rings, Beams& beams) const {
+  if (scanner_.pattern != Pattern::mirror) {
+    beams.origin = {};
+    for (std::size_t i = 0; i < lanes; ++i)
+      beams.direction.set(i, without_mirror(heads.column[i], rings[i]).direction);
+    return;
+  }
+  origins(heads.nominal, rings, beams.origin);
+  VectorLanes of_ring;
+  for (std::size_t i = 0; i < lanes; ++i)
+    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].nominal);
+  product(heads.nominal, of_ring, beams.direction);
+}
+
+void Kinematics::actual(const Heads& heads, const Rings& rings, const Lanes& jitter,
+                        Beams& beams) const {
+  if (scanner_.pattern != Pattern::mirror) {
+    nominal(heads, rings, beams);
+    return;
+  }
+  origins(heads.actual, rings, beams.origin);
+  VectorLanes of_ring;
+  for (std::size_t i = 0; i < lanes; ++i)
+    of_ring.set(
+        i, direction(rings_[static_cast<std::size_t>(rings[i])], static_cast<double>(jitter[i])));
+  product(heads.actual, of_ring, beams.direction);
+}
+
+void Kinematics::along(const Heads& heads, const Rings& rings, VectorLanes& along) const {
+  if (scanner_.pattern != Pattern::mirror) {
+    for (std::size_t i = 0; i < lanes; ++i)
+      along.set(i, without_mirror(heads.column[i], rings[i]).along);
+    return;
+  }
+  VectorLanes of_ring;
+  for (std::size_t i = 0; i < lanes; ++i)
+    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].turned);
+  product(heads.actual, of_ring, along);
+}
+
+Beam Kinematics::without_mirror(int column, int ring) const {
   const Scanner& s = scanner_;
   switch (s.pattern) {
     case Pattern::mirror:
       break;
     case Pattern::pinhole: {
       // Equal steps on a plane in front of the camera.
-      const double y =
-          middle(std::tan(s.motion_start), std::tan(s.motion_end), plane.column, s.planes);
+      const double y = middle(std::tan(s.motion_start), std::tan(s.motion_end), column, s.planes);
       const double edge = std::tan(s.plane_field / 2);
       return beam_along(Vector3d(1, y, middle(edge, -edge, ring, s.plane_beams)).normalized());
     }
     case Pattern::risley: {
-      const double turns = 2 * std::numbers::pi * time(ring, plane.column);
+      const double turns = 2 * std::numbers::pi * time(ring, column);
       return beam_along(through_wedges(s, turns * s.rotor_1, turns * s.rotor_2));
     }
   }

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "sim/footprint.h"
-#include "sim/vector_math.h"
+#include "sim/packet.h"
 
 namespace minescan {
 
@@ -24,14 +24,13 @@ inline constexpr std::size_t max_tones = 4;
 /// The light of up to 16 beams on its way into the receiver: number [k][i] is that of sub-ray k of
 /// beam i.
 struct Light {
-  using Doubles = std::array<double, lanes>;
-  std::size_t sub_rays = 0;                     // of each beam; the first is its axis
-  std::array<Doubles, max_facets> weight = {};  // 0: nothing comes back
-  std::array<Doubles, max_facets> range, signal;
+  std::size_t sub_rays = 0;                         // of each beam; the first is its axis
+  std::array<DoubleLanes, max_facets> weight = {};  // 0: nothing comes back
+  std::array<DoubleLanes, max_facets> range, signal;
   // Standard normal numbers: block b, number j of beam i is normals[b][j][i]. Number 3 of block 0
   // is left to others than the receiver.
   std::array<std::array<Lanes, 4>, 1 + max_tones / 2> normals = {};
-  Doubles age = {};  // seconds since the instrument was switched on
+  DoubleLanes age = {};  // seconds since the instrument was switched on
 
   /// Makes room for `count` sub-rays of each beam, from which nothing comes back yet.
   void clear(std::size_t count) {

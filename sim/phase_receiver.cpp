@@ -60,7 +60,7 @@ void Read(const PhaseReceiver& r, const Light& light, PhaseReadings& readings) {
   Lanes sigma = {};
   Lanes most;
   most.fill(-1);
-  Light::Doubles strongest = {};
+  DoubleLanes strongest = {};
   for (std::size_t k = 0; k < sub_rays; ++k)
     for (std::size_t i = 0; i < n; ++i) {
       sigma[i] += received[k][i];
@@ -70,7 +70,7 @@ void Read(const PhaseReceiver& r, const Light& light, PhaseReadings& readings) {
     }
   for (std::size_t i = 0; i < n; ++i) sigma[i] = std::sqrt(noise_floor + noise_signal * sigma[i]);
 
-  Light::Doubles range = {};
+  DoubleLanes range = {};
   readings.saturated.fill(false);
   Lanes real, imaginary, phase, amplitude;
   const auto leak = static_cast<float>(s.leakage);
@@ -128,7 +128,7 @@ void Read(const PhaseReceiver& r, const Light& light, PhaseReadings& readings) {
   if (s.harmonic > 0)
     for (std::size_t i = 0; i < n; ++i)
       range[i] += s.harmonic * std::sin(8 * std::numbers::pi * r.tones[0].per_metre * range[i]);
-  Light::Doubles bias;
+  DoubleLanes bias;
   if (s.warm_up == 0)
     bias.fill(range_bias(s, 0));
   else

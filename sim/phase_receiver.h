@@ -15,9 +15,9 @@ namespace minescan {
 
 /// What it reads of 16 beams; without meaning for beams from which no light comes.
 struct PhaseReadings {
-  Light::Doubles range;      // metres, in [0, largest tone)
-  Lanes amplitude;           // NaN where a surface is seen exactly edge-on
-  Light::Doubles strongest;  // metres, true range of the sub-ray that brings most light
+  DoubleLanes range;      // metres, in [0, largest tone)
+  Lanes amplitude;        // NaN where a surface is seen exactly edge-on
+  DoubleLanes strongest;  // metres, true range of the sub-ray that brings most light
   std::array<bool, lanes> saturated, outlier;
 };
 

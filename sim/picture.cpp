@@ -187,26 +187,28 @@ Vector3d lit(const Camera& camera, const TriangleMesh& mesh, std::span<const Vec
 void render_rows(const RayCaster& caster, const Camera& camera, std::span<const Vector3d> tints,
                  int first_row, int last_row, Picture& picture) {
   constexpr int block = 2;  // pixels; with 2 x 2 samples each they are one packet
-  static_assert(block * block * samples * samples == RayCaster::packet_size);
-  std::array<Ray, RayCaster::packet_size> packet;
-  std::array<Hit, RayCaster::packet_size> hits;
+  static_assert(block * block * samples * samples == lanes);
+  RayPacket packet;
+  HitPacket hits;
   for (int y = first_row; y < last_row; y += block) {
     for (int x = 0; x < camera.width; x += block) {
       const int columns = std::min(block, camera.width - x);
       const int rows = std::min(block, last_row - y);
-      std::size_t rays = 0;
+      packet.count = 0;
       for (int j = 0; j < rows * samples; ++j)
         for (int i = 0; i < columns * samples; ++i)
-          packet[rays++] = {camera.T_world_camera.translation(),
-                            camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)};
-      caster.cast_packet({packet.data(), rays}, std::numeric_limits<double>::infinity(), hits);
+          packet.set(packet.count++,
+                     {camera.T_world_camera.translation(),
+                      camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)});
+      packet.fill();
+      caster.cast_packet(packet, std::numeric_limits<double>::infinity(), hits);
       for (int r = 0; r < rows; ++r) {
         for (int c = 0; c < columns; ++c) {
           Vector3d sum = Vector3d::Zero();
           for (int j = 0; j < samples; ++j)
             for (int i = 0; i < samples; ++i) {
               const int ray = (r * samples + j) * columns * samples + c * samples + i;
-              sum += lit(camera, caster.mesh(), tints, hits[static_cast<std::size_t>(ray)]);
+              sum += lit(camera, caster.mesh(), tints, hits.lane(static_cast<std::size_t>(ray)));
             }
           set_pixel(picture, x + c, y + r, sum / (samples * samples));
         }

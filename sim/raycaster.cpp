@@ -24,8 +24,7 @@
 namespace minescan {
 namespace {
 
-constexpr auto packet = RayCaster::packet_size;
-static_assert(packet == lanes);
+constexpr auto packet = lanes;
 
 // Bits of RTCRay::mask are compared with those of the geometry; with 0 nothing is ever hit.
 constexpr unsigned every_geometry = ~0u;
@@ -135,60 +134,45 @@ RTCRayHit single_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direc
   return r;
 }
 
-// Rays for Embree and for meet_planes; lanes without a ray repeat the last one, so that they hold
-// numbers.
-void lay_out(std::span<const Ray> rays, TriangleHits& planes) {
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const Ray& ray = rays[std::min(i, rays.size() - 1)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      planes.origin[k][i] = ray.origin[static_cast<Eigen::Index>(k)];
-      planes.direction[k][i] = ray.direction[static_cast<Eigen::Index>(k)];
-    }
-  }
-}
-
-// Hits in double precision of the first rays of `planes`, given what Embree found: the triangle of
-// each, none of them no_triangle, and its range.
-template <std::size_t count>
-void refine(const TriangleMesh& mesh, TriangleHits& planes,
-            const std::array<std::uint32_t, count>& triangles,
-            const std::array<float, count>& float_range, std::span<Hit> hits) {
+// Hits in double precision, given what Embree found: the triangle of each, none of them
+// no_triangle, and its range.
+void refine(const TriangleMesh& mesh, const RayPacket& rays, const Lanes& float_range,
+            HitPacket& hits) {
   // Triangles and corners lie all over the memory. Step by step all rays wait for it at once.
-  std::array<const Eigen::Vector3f*, 3 * count> corners;
-  for (std::size_t i = 0; i < hits.size(); ++i)
+  std::array<const Eigen::Vector3f*, 3 * lanes> at;
+  for (std::size_t i = 0; i < lanes; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
-      corners[3 * i + k] = &mesh.vertices[mesh.triangles[triangles[i]][k]];
-      __builtin_prefetch(corners[3 * i + k]);
+      at[3 * i + k] = &mesh.vertices[mesh.triangles[hits.triangle[i]][k]];
+      __builtin_prefetch(at[3 * i + k]);
     }
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const Eigen::Vector3f* const* corner = &corners[3 * std::min(i, hits.size() - 1)];
+  Corners corners;
+  for (std::size_t i = 0; i < lanes; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
-      planes.a[k][i] = (*corner[0])[axis];
-      planes.b[k][i] = (*corner[1])[axis];
-      planes.c[k][i] = (*corner[2])[axis];
+      corners.a[k][i] = (*at[3 * i])[axis];
+      corners.b[k][i] = (*at[3 * i + 1])[axis];
+      corners.c[k][i] = (*at[3 * i + 2])[axis];
     }
-  }
-  meet_planes(planes);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    double range = planes.range[i];
+  meet_planes(rays, corners, hits);
+  for (std::size_t i = 0; i < lanes; ++i) {
     // Along a triangle seen edge-on the plane says nothing of where on it the ray arrived; Embree's
     // range does. Elsewhere the two differ by less than 1e-4 m.
     const auto found = static_cast<double>(float_range[i]);
-    if (!(std::abs(range - found) <= 1e-3)) range = found;
-    hits[i] = {.triangle = triangles[i],
-               .range = range,
-               .cosine = planes.cosine[i],
-               .normal = {planes.normal[0][i], planes.normal[1][i], planes.normal[2][i]}};
+    if (!(std::abs(hits.range[i] - found) <= 1e-3)) hits.range[i] = found;
   }
 }
 
 Hit refined(const TriangleMesh& mesh, const Ray& ray, std::uint32_t triangle, float range) {
-  TriangleHits planes;
-  lay_out({&ray, 1}, planes);
-  Hit hit;
-  refine<1>(mesh, planes, {triangle}, {range}, {&hit, 1});
-  return hit;
+  RayPacket rays;
+  rays.count = 1;
+  rays.set(0, ray);
+  rays.fill();
+  HitPacket hits;
+  hits.triangle.fill(triangle);
+  Lanes ranges;
+  ranges.fill(range);
+  refine(mesh, rays, ranges, hits);
+  return hits.lane(0);
 }
 
 }  // namespace
@@ -248,13 +232,12 @@ struct RayCaster::Impl {
                                          error.empty() ? "no device" : error));
   }
 
-  // Casts `count` of the rays; `found` has a geometry where one met something.
-  void intersect(const TriangleHits& rays, std::size_t count, double max_range,
-                 RTCRayHit16& found) const {
+  // `found` has a geometry where a ray met something.
+  void intersect(const RayPacket& rays, double max_range, RTCRayHit16& found) const {
     alignas(64) std::array<int, packet> valid;
-    for (std::size_t i = 0; i < packet; ++i) valid[i] = i < count ? -1 : 0;
+    for (std::size_t i = 0; i < packet; ++i) valid[i] = i < rays.count ? -1 : 0;
     // One array after the other, which compilers turn into wide instructions.
-    const auto narrow = [](const TriangleHits::Doubles& from, float* to) {
+    const auto narrow = [](const DoubleLanes& from, float* to) {
       for (std::size_t i = 0; i < packet; ++i) to[i] = static_cast<float>(from[i]);
     };
     narrow(rays.origin[0], found.ray.org_x);
@@ -317,42 +300,40 @@ Hit RayCaster::hit_of(const Ray& ray, const Glance& glance) const {
   return refined(impl_->mesh, ray, glance.triangle, glance.range);
 }
 
-void RayCaster::cast_packet(std::span<const Ray> rays, double max_range,
-                            std::span<Hit> hits) const {
-  assert(rays.size() <= packet && hits.size() >= rays.size());
-  TriangleHits planes;
-  lay_out(rays, planes);
+void RayCaster::cast_packet(const RayPacket& rays, double max_range, HitPacket& hits) const {
+  assert(rays.count >= 1 && rays.count <= packet);
   RTCRayHit16 found;
-  impl_->intersect(planes, rays.size(), max_range, found);
-  std::array<std::uint32_t, packet> triangles = {};
-  std::array<float, packet> ranges = {};
+  impl_->intersect(rays, max_range, found);
+  Lanes ranges;
   bool all = true;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool met = found.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+  for (std::size_t i = 0; i < packet; ++i) {
+    const std::size_t ray = std::min(i, rays.count - 1);
+    const bool met = found.hit.geomID[ray] != RTC_INVALID_GEOMETRY_ID;
     all &= met;
-    triangles[i] = met ? found.hit.primID[i] : 0;
-    ranges[i] = found.ray.tfar[i];
-    __builtin_prefetch(&impl_->mesh.triangles[triangles[i]]);
-    __builtin_prefetch(&impl_->mesh.material[triangles[i]]);  // which who casts asks for next
+    hits.triangle[i] = met ? found.hit.primID[ray] : 0;
+    ranges[i] = found.ray.tfar[ray];
+    __builtin_prefetch(&impl_->mesh.triangles[hits.triangle[i]]);
+    __builtin_prefetch(&impl_->mesh.material[hits.triangle[i]]);  // who casts asks for it next
   }
-  refine(impl_->mesh, planes, triangles, ranges, hits.first(rays.size()));
+  refine(impl_->mesh, rays, ranges, hits);
   if (all) return;
   // Coherent packets lose axis-parallel rays now and then.
-  for (std::size_t i = 0; i < rays.size(); ++i)
+  for (std::size_t i = 0; i < rays.count; ++i)
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID)
-      hits[i] = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
+      hits.set(i,
+               impl_->cast_without_leak(rays.origin.lane(i), rays.direction.lane(i), 0, max_range));
+  for (std::size_t i = rays.count; i < packet; ++i) hits.set(i, hits.lane(rays.count - 1));
 }
 
-void RayCaster::glance_packet(std::span<const Ray> rays, double max_range,
-                              std::span<Glance> glances) const {
-  assert(rays.size() <= packet && glances.size() >= rays.size());
-  TriangleHits planes;
-  lay_out(rays, planes);
+void RayCaster::glance_packet(const RayPacket& rays, double max_range,
+                              std::array<Glance, lanes>& glances) const {
+  assert(rays.count >= 1 && rays.count <= packet);
   RTCRayHit16 found;
-  impl_->intersect(planes, rays.size(), max_range, found);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
+  impl_->intersect(rays, max_range, found);
+  for (std::size_t i = 0; i < rays.count; ++i) {
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-      const Hit hit = impl_->cast_without_leak(rays[i].origin, rays[i].direction, 0, max_range);
+      const Hit hit =
+          impl_->cast_without_leak(rays.origin.lane(i), rays.direction.lane(i), 0, max_range);
       glances[i] = {.triangle = hit.triangle,
                     .range = static_cast<float>(hit.range),
                     .cosine = static_cast<float>(hit.cosine)};

@@ -3,33 +3,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
+#include <array>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 
 #include "core/cloud.h"
+#include "sim/packet.h"
 
 namespace minescan {
-
-/// The triangle index of a ray that met nothing.
-inline constexpr std::uint32_t no_triangle = std::numeric_limits<std::uint32_t>::max();
-
-/// Where a ray met the mesh.
-struct Hit {
-  std::uint32_t triangle = no_triangle;
-  double range = 0;                                  // metres from the origin of the ray
-  double cosine = 0;                                 // of the angle between ray and normal, [0, 1]
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, on the side the ray came from
-};
-
-/// A ray in the world frame; `direction` is a unit vector.
-struct Ray {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
-};
 
 /// The same as a Hit, as far as single precision tells (range off by up to 1e-4 m in a mine).
 struct Glance {
@@ -49,9 +31,6 @@ enum class Tree { fast, soon };
 /// are then computed in double precision on that triangle.
 class RayCaster {
  public:
-  /// Rays cast together by cast_packet.
-  static constexpr std::size_t packet_size = 16;
-
   /// Keeps `mesh`. Throws std::invalid_argument if it is empty, has a vertex that is not finite, an
   /// index (of a vertex or a material) that leads nowhere, or a material with a reflectance outside
   /// (0, 1], a wetness outside [0, 1], or a roughness or fine slope that is negative or not finite;
@@ -62,13 +41,14 @@ class RayCaster {
   std::optional<Hit> cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                           double min_range, double max_range) const;
 
-  /// The same from range 0 for up to packet_size rays, much faster if they are neighbours. hits[i]
-  /// belongs to rays[i]; its triangle is no_triangle where there is none. `hits` is at least as
-  /// long as `rays`.
-  void cast_packet(std::span<const Ray> rays, double max_range, std::span<Hit> hits) const;
+  /// The same from range 0 for a packet of rays, much faster if they are neighbours. Lane i of
+  /// `hits` belongs to ray i; its triangle is no_triangle where there is none. Lanes without a ray
+  /// are to hold the last one (RayPacket::fill).
+  void cast_packet(const RayPacket& rays, double max_range, HitPacket& hits) const;
 
   /// The same without what takes double precision.
-  void glance_packet(std::span<const Ray> rays, double max_range, std::span<Glance> glances) const;
+  void glance_packet(const RayPacket& rays, double max_range,
+                     std::array<Glance, lanes>& glances) const;
 
   /// What `ray` met, in double precision; `glance` is what glance_packet found of it.
   Hit hit_of(const Ray& ray, const Glance& glance) const;

@@ -29,8 +29,6 @@ using Eigen::Vector3d;
 // Neighbouring beams are cast together. On a grid in tiles of 4 rings by 4 columns: their rays stay
 // closer together than 16 beams of one plane would, which makes Embree 1.7 times as fast. Without a
 // grid, one after the other.
-constexpr std::size_t tile_size = RayCaster::packet_size;
-static_assert(tile_size == lanes);
 constexpr double far = std::numeric_limits<double>::infinity();
 struct TileShape {
   int rings;
@@ -47,19 +45,17 @@ auto arrays_of(Scan& scan) {
                   scan.material, scan.flags, scan.echo);
 }
 
-// Calls visit(array...) for each of them, with the same ones of other scans, from several threads.
+// Calls visit(array...) for each of them, with the same ones of other scans.
 template <class Visit, class... Scans>
 void for_each_array(const Visit& visit, Scans&... scans) {
   constexpr std::size_t arrays = std::tuple_size_v<decltype(arrays_of(std::declval<Scan&>()))>;
-  parallel_for(arrays, 1, [&](std::size_t wanted, std::size_t) {
-    [&]<std::size_t... number>(std::index_sequence<number...>) {
-      const auto visit_wanted = [&]<std::size_t n>(std::integral_constant<std::size_t, n>) {
-        if (n == wanted) visit(std::get<n>(arrays_of(scans))...);
-      };
-      (visit_wanted(std::integral_constant<std::size_t, number>{}), ...);
-    }
-    (std::make_index_sequence<arrays>{});
-  });
+  [&]<std::size_t... number>(std::index_sequence<number...>) {
+    const auto visit_one = [&]<std::size_t n>(std::integral_constant<std::size_t, n>) {
+      visit(std::get<n>(arrays_of(scans))...);
+    };
+    (visit_one(std::integral_constant<std::size_t, number>{}), ...);
+  }
+  (std::make_index_sequence<arrays>{});
 }
 
 // What carries the scanner: a place, or a path.
@@ -69,16 +65,6 @@ struct Carrier {
   double start = 0;
 
   Pose at(double time) const { return path ? path->at(start + time) : T_world_start; }
-};
-
-// One beam.
-struct Shot {
-  int ring = 0;
-  std::size_t column = 0;                 // within the tile
-  std::uint64_t number = 0;               // in the scan
-  double time = 0;                        // seconds
-  Vector3d origin = Vector3d::Zero();     // of the beam as it goes, in the frame of the scan
-  Vector3d direction = Vector3d::Zero();  // unit
 };
 
 // The sub-rays of a beam, as far as they were cast.
@@ -96,17 +82,23 @@ struct Footprint {
   }
 };
 
-// Beams on their way through the stages: aimed, cast, received, recorded.
+// Sixteen beams on their way through the stages: aimed, cast, received, recorded. Lanes beyond the
+// last beam repeat it.
 struct Beams {
-  std::size_t count = 0;
-  std::array<Shot, tile_size> shots;
-  std::array<Ray, tile_size> axes;        // world frame
-  std::array<Vector3d, tile_size> along;  // world frame, Beam::along; of footprints only
-  std::array<Hit, tile_size> hits;        // of the axes
-  std::array<double, tile_size> shifts;   // of the axes by fine relief, metres
-  std::array<Footprint, tile_size> footprints;
+  Kinematics::Rings rings;
+  std::array<std::size_t, lanes> columns;    // within the strip
+  std::array<std::uint64_t, lanes> numbers;  // in the scan
+  DoubleLanes times;                         // seconds
+  Kinematics::Beams actual;                  // as they go, in the frame of the scan
+  RayPacket axes;                            // the same in the world frame
+  VectorLanes along;                         // world frame, Beam::along; of footprints only
+  HitPacket hits;                            // of the axes
+  DoubleLanes shifts;                        // of the axes by fine relief, metres
+  std::array<Footprint, lanes> footprints;
   Light light;
-  std::array<Echoes, tile_size> echoes;
+  std::array<Echoes, lanes> echoes;
+
+  std::size_t count() const { return axes.count; }
 };
 
 // Everything about one scan that does not change from beam to beam.
@@ -116,25 +108,23 @@ struct Sweep {
   const Carrier& carrier;
   std::uint64_t seed;
   double age;
+  MatrixLanes R_world_start, R_start_world;
   Kinematics kinematics;
   Ranging ranging;
   std::vector<double> reflectance;  // of each material, as wet as it is
   std::vector<FineRelief> reliefs;  // of each material; empty if none has any
   bool noisy;
 
-  // How the head stands in the columns of a tile.
-  using Planes = std::array<Kinematics::Plane, tile_size>;
-
   // Scans neighbouring columns, a tile wide or less, from `first` on. places[c]: of the first point
   // of column first + c; afterwards behind its last one.
   void scan_columns(std::size_t first, std::span<std::size_t> places, Scan& out) const;
 
-  // The stages. `shots` tell ring, column and number.
-  void aim(const Planes& planes, Beams& beams) const;
+  // The stages. `beams` tell ring, column and number.
+  void aim(const Kinematics::Heads& heads, Beams& beams) const;
   void cast(Beams& beams) const;
   void receive(Beams& beams) const;
   // place[c]: of the next point of column c.
-  void record(const Planes& planes, const Beams& beams, Scan& out,
+  void record(const Kinematics::Heads& heads, const Beams& beams, Scan& out,
               std::span<std::size_t> place) const;
 
   // Gives the hits of the axes the relief of their materials.
@@ -145,7 +135,7 @@ struct Sweep {
   void cast_footprints(Beams& beams) const;
   Ray sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const;
   // Whether dust swallows a beam before it comes to the hit.
-  bool lost_in_dust(std::uint64_t beam, const Hit& hit) const;
+  bool lost_in_dust(std::uint64_t beam, double range) const;
 };
 
 Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const {
@@ -160,44 +150,42 @@ Ray Sweep::sub_ray(const Ray& axis, const Vector3d& along, std::size_t k) const 
   return {axis.origin + spot, (axis.direction + spread).normalized()};
 }
 
-bool Sweep::lost_in_dust(std::uint64_t beam, const Hit& hit) const {
+bool Sweep::lost_in_dust(std::uint64_t beam, double range) const {
   if (scanner.dust_loss == 0) return false;
   Random random(derived_seed(seed, "dust"), beam);
-  return random.uniform() > std::exp(-scanner.dust_loss * hit.range);
+  return random.uniform() > std::exp(-scanner.dust_loss * range);
 }
 
-void Sweep::aim(const Planes& planes, Beams& beams) const {
-  if (noisy) {
-    std::array<std::uint64_t, tile_size> streams = {};
-    for (std::size_t i = 0; i < beams.count; ++i) streams[i] = beams.shots[i].number;
+void Sweep::aim(const Kinematics::Heads& heads, Beams& beams) const {
+  if (noisy)
     for (std::size_t block = 0; block < ranging.blocks(); ++block)
-      four_normals(seed, streams, block, beams.light.normals[block]);
-  }
-  const Matrix3d R_world_start = carrier.T_world_start.linear();
-  const Vector3d start = carrier.T_world_start.translation();
-  const bool one_origin = !carrier.path && !kinematics.has_lever();
-  for (std::size_t i = 0; i < beams.count; ++i) {
-    Shot& shot = beams.shots[i];
-    const Kinematics::Plane& plane = planes[shot.column];
-    shot.time = kinematics.time(shot.ring, plane.column);
-    Beam beam =
-        kinematics.actual(plane, shot.ring, static_cast<double>(beams.light.normals[0][3][i]));
-    if (carrier.path) {
+      four_normals(seed, beams.numbers, block, beams.light.normals[block]);
+  for (std::size_t i = 0; i < lanes; ++i)
+    beams.times[i] = kinematics.time(beams.rings[i], heads.column[i]);
+  kinematics.actual(heads, beams.rings, beams.light.normals[0][3], beams.actual);
+  if (scanner.sub_rays > 1) kinematics.along(heads, beams.rings, beams.along);
+  if (carrier.path) {
+    for (std::size_t i = 0; i < lanes; ++i) {
       const Pose T_start_scanner =
-          carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(shot.time);
-      beam = {T_start_scanner * beam.origin, T_start_scanner.linear() * beam.direction,
-              T_start_scanner.linear() * beam.along};
+          carrier.T_world_start.inverse(Eigen::Isometry) * carrier.at(beams.times[i]);
+      beams.actual.origin.set(i, T_start_scanner * beams.actual.origin.lane(i));
+      beams.actual.direction.set(i, T_start_scanner.linear() * beams.actual.direction.lane(i));
+      if (scanner.sub_rays > 1) beams.along.set(i, T_start_scanner.linear() * beams.along.lane(i));
     }
-    shot.origin = beam.origin;
-    shot.direction = beam.direction;
-    beams.axes[i].origin = one_origin ? start : carrier.T_world_start * beam.origin;
-    beams.axes[i].direction = R_world_start * beam.direction;
-    if (scanner.sub_rays > 1) beams.along[i] = R_world_start * beam.along;
+  }
+  product(R_world_start, beams.actual.direction, beams.axes.direction);
+  product(R_world_start, beams.actual.origin, beams.axes.origin);
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < lanes; ++i)
+      beams.axes.origin[k][i] += carrier.T_world_start.translation()[static_cast<Eigen::Index>(k)];
+  if (scanner.sub_rays > 1) {
+    const VectorLanes along = beams.along;
+    product(R_world_start, along, beams.along);
   }
 }
 
 void Sweep::cast(Beams& beams) const {
-  caster.cast_packet({beams.axes.data(), beams.count}, scanner.max_range, beams.hits);
+  caster.cast_packet(beams.axes, scanner.max_range, beams.hits);
   if (scanner.sub_rays > 1) cast_footprints(beams);
   apply_reliefs(beams);
 }
@@ -205,42 +193,44 @@ void Sweep::cast(Beams& beams) const {
 void Sweep::apply_reliefs(Beams& beams) const {
   beams.shifts.fill(0);
   if (reliefs.empty()) return;
-  const std::vector<std::uint8_t>& material_of = caster.mesh().material;
-  const auto material = [&](std::size_t i) { return material_of[beams.hits[i].triangle]; };
-  std::array<bool, tile_size> done;
-  for (std::size_t i = 0; i < beams.count; ++i)
-    done[i] = beams.hits[i].triangle == no_triangle || !reliefs[material(i)].exists();
-  for (std::size_t i = 0; i < beams.count; ++i) {
-    if (done[i]) continue;
-    // All beams that met the same material.
-    std::array<std::uint8_t, tile_size> chosen;
-    std::size_t count = 0;
-    for (std::size_t j = i; j < beams.count; ++j) {
-      if (done[j] || material(j) != material(i)) continue;
-      chosen[count++] = static_cast<std::uint8_t>(j);
-      done[j] = true;
+  // Material by material, all beams that met it.
+  std::array<std::size_t, lanes> material;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::uint32_t triangle = beams.hits.triangle[i];
+    material[i] = triangle == no_triangle ? reliefs.size() : caster.mesh().material[triangle];
+  }
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::size_t wanted = material[i];
+    if (wanted == reliefs.size()) continue;
+    std::array<bool, lanes> chosen;
+    for (std::size_t j = 0; j < lanes; ++j) {
+      chosen[j] = material[j] == wanted;
+      if (chosen[j]) material[j] = reliefs.size();
     }
-    reliefs[material(i)].apply(beams.axes, {chosen.data(), count}, beams.hits, beams.shifts);
+    if (reliefs[wanted].exists())
+      reliefs[wanted].apply(beams.axes, chosen, beams.hits, beams.shifts);
   }
 }
 
 void Sweep::cast_footprints(Beams& beams) const {
-  const std::size_t count = beams.count;
-  std::array<Ray, tile_size> rays;
-  std::array<Glance, tile_size> glances;
+  const std::size_t count = beams.count();
+  RayPacket rays;
+  std::array<Glance, lanes> glances;
   // The same sub-ray of all beams of the tile: these are neighbours.
+  rays.count = count;
   for (std::size_t k = 1; k < few_sub_rays; ++k) {
-    for (std::size_t i = 0; i < count; ++i) rays[i] = sub_ray(beams.axes[i], beams.along[i], k);
-    caster.glance_packet({rays.data(), count}, scanner.max_range, glances);
     for (std::size_t i = 0; i < count; ++i) {
-      beams.footprints[i].rays[k] = rays[i];
-      beams.footprints[i].glances[k] = glances[i];
+      beams.footprints[i].rays[k] = sub_ray(beams.axes.lane(i), beams.along.lane(i), k);
+      rays.set(i, beams.footprints[i].rays[k]);
     }
+    rays.fill();
+    caster.glance_packet(rays, scanner.max_range, glances);
+    for (std::size_t i = 0; i < count; ++i) beams.footprints[i].glances[k] = glances[i];
   }
   for (std::size_t i = 0; i < count; ++i) {
     Footprint& f = beams.footprints[i];
-    const Ray& axis = beams.axes[i];
-    const Hit& hit = beams.hits[i];
+    const Ray axis = beams.axes.lane(i);
+    const Hit hit = beams.hits.lane(i);
     f.off_plane = 0;
     bool edge = !scanner.edge_test;
     // How far the ends of some sub-rays are off the plane that the axis meets: at right angles to
@@ -264,12 +254,16 @@ void Sweep::cast_footprints(Beams& beams) const {
     f.count = few_sub_rays;
     look_at(1, few_sub_rays);
     if (scanner.sub_rays <= static_cast<int>(few_sub_rays) || !edge) continue;
-    for (std::size_t k = few_sub_rays; k < all_sub_rays; ++k)
-      f.rays[k] = sub_ray(axis, beams.along[i], k);
     constexpr std::size_t rest = all_sub_rays - few_sub_rays;
-    static_assert(rest <= RayCaster::packet_size);
-    caster.glance_packet({f.rays.data() + few_sub_rays, rest}, scanner.max_range,
-                         {f.glances.data() + few_sub_rays, rest});
+    static_assert(rest <= lanes);
+    rays.count = rest;
+    for (std::size_t k = 0; k < rest; ++k) {
+      f.rays[few_sub_rays + k] = sub_ray(axis, beams.along.lane(i), few_sub_rays + k);
+      rays.set(k, f.rays[few_sub_rays + k]);
+    }
+    rays.fill();
+    caster.glance_packet(rays, scanner.max_range, glances);
+    std::copy_n(glances.begin(), rest, f.glances.begin() + few_sub_rays);
     f.count = all_sub_rays;
     look_at(few_sub_rays, all_sub_rays);
   }
@@ -279,22 +273,22 @@ void Sweep::receive(Beams& beams) const {
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
   Light& light = beams.light;
   std::size_t sub_rays = 1;
-  for (std::size_t i = 0; i < beams.count; ++i)
+  for (std::size_t i = 0; i < beams.count(); ++i)
     sub_rays = std::max(sub_rays, beams.footprints[i].count);
   light.clear(sub_rays);
-  for (std::size_t i = 0; i < beams.count; ++i) {
-    const Shot& shot = beams.shots[i];
-    const Hit& axis = beams.hits[i];
+  for (std::size_t i = 0; i < beams.count(); ++i) {
+    const std::uint32_t triangle = beams.hits.triangle[i];
+    const double axis_range = beams.hits.range[i];
     const Footprint& footprint = beams.footprints[i];
-    light.age[i] = age + shot.time;
-    if (lost_in_dust(shot.number, axis)) continue;
+    light.age[i] = age + beams.times[i];
+    if (lost_in_dust(beams.numbers[i], axis_range)) continue;
     const std::span<const double> weights = footprint.weights();
     const auto add = [&](std::size_t k, double range, double signal) {
       if (range >= scanner.min_range && range <= scanner.max_range)
         light.set(k, i, {weights[k], range, signal});
     };
-    if (axis.triangle != no_triangle)
-      add(0, axis.range, reflectance[material_of[axis.triangle]] * axis.cosine);
+    if (triangle != no_triangle)
+      add(0, axis_range, reflectance[material_of[triangle]] * beams.hits.cosine[i]);
     for (std::size_t k = 1; k < footprint.count; ++k) {
       const Glance& glance = footprint.glances[k];
       if (glance.triangle == no_triangle) continue;
@@ -302,64 +296,67 @@ void Sweep::receive(Beams& beams) const {
           reflectance[material_of[glance.triangle]] * static_cast<double>(glance.cosine));
     }
   }
-  ranging.measure(light, {beams.echoes.data(), beams.count});
+  ranging.measure(light, {beams.echoes.data(), beams.count()});
 }
 
 double Sweep::shift_of(const Beams& beams, std::size_t i, std::uint32_t triangle) const {
-  const std::uint32_t axis = beams.hits[i].triangle;
+  const std::uint32_t axis = beams.hits.triangle[i];
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
   return axis != no_triangle && material_of[axis] == material_of[triangle] ? beams.shifts[i] : 0;
 }
 
-void Sweep::record(const Planes& planes, const Beams& beams, Scan& out,
+void Sweep::record(const Kinematics::Heads& heads, const Beams& beams, Scan& out,
                    std::span<std::size_t> place) const {
-  const Matrix3d R_start_world = carrier.T_world_start.linear().transpose();
   const std::vector<std::uint8_t>& material_of = caster.mesh().material;
-  Lanes cosines = {}, incidences;
-  for (std::size_t i = 0; i < beams.count; ++i)
-    cosines[i] = static_cast<float>(beams.hits[i].cosine);
-  arc_cosine(cosines.data(), incidences.data(), beams.count);
+  Lanes cosines, incidences;
+  for (std::size_t i = 0; i < lanes; ++i) cosines[i] = static_cast<float>(beams.hits.cosine[i]);
+  arc_cosine(cosines.data(), incidences.data(), lanes);
+  Kinematics::Beams nominal;
+  kinematics.nominal(heads, beams.rings, nominal);
+  VectorLanes normals;
+  product(R_start_world, beams.hits.normal, normals);
 
-  for (std::size_t i = 0; i < beams.count; ++i) {
-    const Shot& shot = beams.shots[i];
-    const Footprint& footprint = beams.footprints[i];
+  for (std::size_t i = 0; i < beams.count(); ++i) {
     const Echoes& echoes = beams.echoes[i];
-    if (echoes.count == 0) continue;
-    const Beam nominal = kinematics.nominal(planes[shot.column], shot.ring);
     for (std::size_t e = 0; e < echoes.count; ++e) {
       const Echo& echo = echoes.echo[e];
-      const std::size_t k = echo.sub_ray;
-      const Hit* hit = &beams.hits[i];
-      Hit beside;
-      Vector3d true_point = shot.origin + hit->range * shot.direction;
-      float incidence = incidences[i];
-      if (k > 0) {
-        const Ray& ray = footprint.rays[k];
-        beside = caster.hit_of(ray, footprint.glances[k]);
-        beside.range += shift_of(beams, i, beside.triangle);
-        hit = &beside;
-        true_point = R_start_world * (ray.origin + beside.range * ray.direction -
-                                      carrier.T_world_start.translation());
-        incidence = std::acos(static_cast<float>(beside.cosine));
+      const std::size_t to = place[beams.columns[i]]++;
+      if (echo.sub_ray == 0) {
+        const double range = beams.hits.range[i];
+        out.true_range[to] = range;
+        out.true_point[to] =
+            (beams.actual.origin.lane(i) + range * beams.actual.direction.lane(i)).cast<float>();
+        out.incidence[to] = incidences[i];
+        out.true_normal[to] = normals.lane(i).cast<float>();
+        out.triangle[to] = beams.hits.triangle[i];
+      } else {
+        const Footprint& footprint = beams.footprints[i];
+        const Ray& ray = footprint.rays[echo.sub_ray];
+        Hit hit = caster.hit_of(ray, footprint.glances[echo.sub_ray]);
+        hit.range += shift_of(beams, i, hit.triangle);
+        const Matrix3d R = carrier.T_world_start.linear().transpose();
+        out.true_range[to] = hit.range;
+        out.true_point[to] =
+            (R * (ray.origin + hit.range * ray.direction - carrier.T_world_start.translation()))
+                .cast<float>();
+        out.incidence[to] = std::acos(static_cast<float>(hit.cosine));
+        out.true_normal[to] = (R * hit.normal).cast<float>();
+        out.triangle[to] = hit.triangle;
       }
-      const std::size_t to = place[shot.column]++;
       // In single precision, as files hold them, so that writing and reading changes nothing: at
-      // 48 m the last digit is worth 4 micrometres.
-      out.cloud.points[to] =
-          (nominal.origin + echo.range * nominal.direction).cast<float>().cast<double>();
+      // 48 m the last digit is worth 4 micrometres. Number by number: of Eigen's x.cast<float>()
+      // .cast<double>() g++ 12 leaves out both casts (-O2).
+      for (std::size_t k = 0; k < 3; ++k)
+        out.cloud.points[to][static_cast<Eigen::Index>(k)] = static_cast<double>(
+            static_cast<float>(nominal.origin[k][i] + echo.range * nominal.direction[k][i]));
       out.intensity[to] = echo.amplitude;
-      out.time[to] = shot.time;
-      out.ring[to] = static_cast<std::uint32_t>(shot.ring);
-      out.column[to] = static_cast<std::uint32_t>(planes[shot.column].column);
+      out.time[to] = beams.times[i];
+      out.ring[to] = static_cast<std::uint32_t>(beams.rings[i]);
+      out.column[to] = static_cast<std::uint32_t>(heads.column[i]);
       out.range[to] = echo.range;
-      out.true_range[to] = hit->range;
-      out.true_point[to] = true_point.cast<float>();
-      out.incidence[to] = incidence;
-      out.true_normal[to] = (R_start_world * hit->normal).cast<float>();
-      out.triangle[to] = hit->triangle;
-      out.material[to] = material_of[hit->triangle];
+      out.material[to] = material_of[out.triangle[to]];
       // A surface seen at grazing incidence spreads along the beam, but it is one.
-      const bool one_surface = footprint.off_plane <= surface_gap / 2;
+      const bool one_surface = beams.footprints[i].off_plane <= surface_gap / 2;
       out.flags[to] =
           echo.flags & static_cast<std::uint8_t>(one_surface ? ~flag_mixed_pixel : ~flag_none);
       out.echo[to] = static_cast<std::uint8_t>(e + 1);
@@ -372,10 +369,10 @@ void Sweep::scan_columns(std::size_t first, std::span<std::size_t> places, Scan&
   const auto plane_beams = static_cast<std::size_t>(scanner.plane_beams);
   const std::size_t columns = places.size();
   // A copy: threads that count in neighbouring places would wait for each other.
-  std::array<std::size_t, tile_size> place;
+  std::array<std::size_t, lanes> place;
   std::copy(places.begin(), places.end(), place.begin());
 
-  Planes planes;
+  std::array<Kinematics::Plane, lanes> planes;
   for (std::size_t c = 0; c < columns; ++c) {
     const std::size_t column = first + c;
     const double jitter =
@@ -384,20 +381,29 @@ void Sweep::scan_columns(std::size_t first, std::span<std::size_t> places, Scan&
   }
 
   Beams beams;
+  Kinematics::Heads heads;
+  Kinematics::Rings rings_from_first;
   for (int first_ring = 0; first_ring < scanner.plane_beams; first_ring += tile.rings) {
-    const int end_ring = std::min(first_ring + tile.rings, scanner.plane_beams);
-    beams.count = 0;
-    for (std::size_t c = 0; c < columns; ++c)
-      for (int r = first_ring; r < end_ring; ++r) {
-        Shot& shot = beams.shots[beams.count++];
-        shot.ring = r;
-        shot.column = c;
-        shot.number = (first + c) * plane_beams + static_cast<std::size_t>(r);
+    const int rings = std::min(tile.rings, scanner.plane_beams - first_ring);
+    const std::size_t count = columns * static_cast<std::size_t>(rings);
+    if (count != beams.count()) {  // the first tile, and the last one if it is smaller
+      beams.axes.count = count;
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const auto beam = static_cast<int>(std::min(i, count - 1));
+        beams.columns[i] = static_cast<std::size_t>(beam / rings);
+        rings_from_first[i] = beam % rings;
+        heads.set(i, planes[beams.columns[i]]);
       }
-    aim(planes, beams);
+    }
+    for (std::size_t i = 0; i < lanes; ++i) {
+      beams.rings[i] = first_ring + rings_from_first[i];
+      beams.numbers[i] =
+          (first + beams.columns[i]) * plane_beams + static_cast<std::size_t>(beams.rings[i]);
+    }
+    aim(heads, beams);
     cast(beams);
     receive(beams);
-    record(planes, beams, out, {place.data(), columns});
+    record(heads, beams, out, {place.data(), columns});
   }
   std::copy_n(place.begin(), columns, places.begin());
 }
@@ -432,6 +438,8 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
               .carrier = carrier,
               .seed = seed,
               .age = age,
+              .R_world_start = MatrixLanes(carrier.T_world_start.linear()),
+              .R_start_world = MatrixLanes(carrier.T_world_start.linear().transpose()),
               .kinematics = Kinematics(scanner),
               .ranging = Ranging(scanner),
               .reflectance = {},
@@ -448,28 +456,31 @@ Scan scan_from(const RayCaster& caster, const Scanner& scanner, const Carrier& c
     sweep.reliefs.clear();
 
   for_each_array([&](auto& array) { array.reserve(planes * column_size); }, result);
-  // Some columns at a time, in memory that stays in the processor's cache, where each has room for
-  // all that its beams may return, so that any thread may write it. Three tiles for every thread:
-  // with two, two threads wait for each other (1.8 times as fast as one instead of 1.9); with four,
-  // the arrays outgrow a cache of 1 MB (measured, 400 x 360 beams).
-  const auto tile_columns = static_cast<std::size_t>(tile_shape(scanner).columns);
-  const std::size_t batch = 3 * static_cast<std::size_t>(available_threads()) * tile_columns;
-  Scan some;
-  for_each_array([&](auto& array) { array.resize(batch * column_size); }, some);
-  std::vector<std::size_t> place(batch);
-  for (std::size_t begin = 0; begin < planes; begin += batch) {
-    const std::size_t columns = std::min(batch, planes - begin);
-    for (std::size_t c = 0; c < columns; ++c) place[c] = c * column_size;
-    parallel_for(columns, tile_columns, [&](std::size_t first, std::size_t last) {
-      sweep.scan_columns(begin + first, {&place[first], last - first}, some);
-    });
-    for_each_array(
-        [&](auto& all, const auto& part) {
-          for (std::size_t c = 0; c < columns; ++c)
-            all.insert(all.end(), &part[c * column_size], &part[place[c]]);
-        },
-        result, some);
-  }
+  // Strips a tile wide are scanned side by side, each into memory with room for all that its beams
+  // may return, and joined in order.
+  const auto width = static_cast<std::size_t>(tile_shape(scanner).columns);
+  struct Strip {
+    Scan scan;
+    std::array<std::size_t, lanes> ends;  // of its columns
+  };
+  std::vector<Strip> strips(parallel_slots());
+  const auto columns_of = [&](std::size_t i) { return std::min(width, planes - i * width); };
+  parallel_in_order((planes + width - 1) / width,
+                    [&](std::size_t i, std::size_t slot) {
+                      auto& [part, ends] = strips[slot];
+                      for_each_array([&](auto& array) { array.resize(width * column_size); }, part);
+                      for (std::size_t c = 0; c < width; ++c) ends[c] = c * column_size;
+                      sweep.scan_columns(i * width, {ends.data(), columns_of(i)}, part);
+                    },
+                    [&](std::size_t i, std::size_t slot) {
+                      auto& [part, ends] = strips[slot];
+                      for_each_array(
+                          [&](auto& all, const auto& some) {
+                            for (std::size_t c = 0; c < columns_of(i); ++c)
+                              all.insert(all.end(), &some[c * column_size], &some[ends[c]]);
+                          },
+                          result, part);
+                    });
   return result;
 }
 

@@ -126,7 +126,23 @@ void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& str
   }
 }
 
-void MeetPlanes(TriangleHits& hits) {
+void Product(const MatrixLanes& matrix, const VectorLanes& v, VectorLanes& result) {
+  const hn::CappedTag<double, lanes> d;
+  using V = hn::Vec<decltype(d)>;
+  for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const V x = hn::LoadU(d, &v[0][i]), y = hn::LoadU(d, &v[1][i]), z = hn::LoadU(d, &v[2][i]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const VectorLanes& row = matrix.row[k];
+      const V a = hn::Mul(hn::LoadU(d, &row[0][i]), x), b = hn::Mul(hn::LoadU(d, &row[1][i]), y),
+              c = hn::Mul(hn::LoadU(d, &row[2][i]), z);
+      // In the order in which Eigen adds.
+      const V sum = k < 2 ? hn::Add(hn::Add(a, b), c) : hn::Add(a, hn::Add(b, c));
+      hn::StoreU(sum, d, &result[k][i]);
+    }
+  }
+}
+
+void MeetPlanes(const RayPacket& rays, const Corners& corners, HitPacket& hits) {
   const hn::CappedTag<double, lanes> d;
   const hn::Rebind<float, decltype(d)> f;
   using V = hn::Vec<decltype(d)>;
@@ -137,11 +153,11 @@ void MeetPlanes(TriangleHits& hits) {
     };
     V a[3], ab[3], ac[3], direction[3], offset[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      a[k] = corner(hits.a[k]);
-      ab[k] = hn::Sub(corner(hits.b[k]), a[k]);
-      ac[k] = hn::Sub(corner(hits.c[k]), a[k]);
-      direction[k] = hn::LoadU(d, &hits.direction[k][i]);
-      offset[k] = hn::Sub(a[k], hn::LoadU(d, &hits.origin[k][i]));
+      a[k] = corner(corners.a[k]);
+      ab[k] = hn::Sub(corner(corners.b[k]), a[k]);
+      ac[k] = hn::Sub(corner(corners.c[k]), a[k]);
+      direction[k] = hn::LoadU(d, &rays.direction[k][i]);
+      offset[k] = hn::Sub(a[k], hn::LoadU(d, &rays.origin[k][i]));
     }
     V normal[3];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -161,7 +177,8 @@ void MeetPlanes(TriangleHits& hits) {
   }
 }
 
-void ApplyRelief(ReliefHits& hits) {
+void ApplyRelief(const ReliefNoise& relief, const RayPacket& rays,
+                 const std::array<bool, lanes>& chosen, HitPacket& hits, DoubleLanes& shift) {
   const hn::CappedTag<double, lanes> d;
   const hn::Rebind<std::uint64_t, decltype(d)> u;
   const hn::RebindToSigned<decltype(u)> s;
@@ -180,15 +197,18 @@ void ApplyRelief(ReliefHits& hits) {
 
   // The cells of the lattice, places within them, and the gradients at their corners: one by one,
   // which is faster than instructions that gather.
-  std::array<ReliefHits::Doubles, 3> within;
+  VectorLanes within;
   std::array<std::array<std::uint64_t, lanes>, 8> pick;
   for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
-    const V place[3] = {hn::LoadU(d, &hits.place[0][i]), hn::LoadU(d, &hits.place[1][i]),
-                        hn::LoadU(d, &hits.place[2][i])};
-    I low = hn::Set(u, hits.seed);
+    const V range = hn::LoadU(d, &hits.range[i]);
+    V place[3];
+    for (std::size_t k = 0; k < 3; ++k)
+      place[k] = hn::Add(hn::LoadU(d, &rays.origin[k][i]),
+                         hn::Mul(range, hn::LoadU(d, &rays.direction[k][i])));
+    I low = hn::Set(u, relief.seed);
     for (std::size_t k = 0; k < 3; ++k) {
-      const V row[3] = {set(hits.to_lattice[k][0]), set(hits.to_lattice[k][1]),
-                        set(hits.to_lattice[k][2])};
+      const V row[3] = {set(relief.to_lattice[k][0]), set(relief.to_lattice[k][1]),
+                        set(relief.to_lattice[k][2])};
       const V on_lattice = dot(row, place);
       const V cell = hn::Floor(on_lattice);
       hn::StoreU(hn::Sub(on_lattice, cell), d, &within[k][i]);
@@ -200,14 +220,16 @@ void ApplyRelief(ReliefHits& hits) {
       hn::StoreU(hn::And(mix(corner), hn::Set(u, 255)), u, &pick[static_cast<std::size_t>(c)][i]);
     }
   }
-  std::array<std::array<ReliefHits::Doubles, 3>, 8> gradients;
+  std::array<VectorLanes, 8> gradients;
   for (std::size_t c = 0; c < 8; ++c)
     for (std::size_t i = 0; i < lanes; ++i) {
       const double* gradient = noise_gradients[pick[c][i]].data();
       for (std::size_t k = 0; k < 3; ++k) gradients[c][k][i] = gradient[k];
     }
 
-  const V one = set(1), height = set(hits.height), reach = set(hits.reach);
+  DoubleLanes is_chosen;
+  for (std::size_t i = 0; i < lanes; ++i) is_chosen[i] = chosen[i] ? 1 : 0;
+  const V one = set(1), height = set(relief.height), reach = set(relief.reach);
   for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
     // As gradient_noise_slope: the weights of the two corners along each axis, and their slopes.
     V t[3], weight[3][2], change[3][2];
@@ -223,7 +245,7 @@ void ApplyRelief(ReliefHits& hits) {
       change[k][0] = hn::Neg(slope);
       change[k][1] = slope;
     }
-    V value = hn::Zero(d);
+    V noise = hn::Zero(d);
     V noise_slope[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for (std::size_t c = 0; c < 8; ++c) {
       const std::size_t at[3] = {c & 1, c >> 1 & 1, c >> 2};
@@ -235,7 +257,7 @@ void ApplyRelief(ReliefHits& hits) {
       const V along = dot(gradient, from_corner);
       const V xy = hn::Mul(weight[0][at[0]], weight[1][at[1]]);
       const V all = hn::Mul(xy, weight[2][at[2]]);
-      value = hn::MulAdd(all, along, value);
+      noise = hn::MulAdd(all, along, noise);
       const V turn[3] = {hn::Mul(hn::Mul(change[0][at[0]], weight[1][at[1]]), weight[2][at[2]]),
                          hn::Mul(hn::Mul(weight[0][at[0]], change[1][at[1]]), weight[2][at[2]]),
                          hn::Mul(xy, change[2][at[2]])};
@@ -245,16 +267,22 @@ void ApplyRelief(ReliefHits& hits) {
 
     V direction[3], normal[3], slope[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      direction[k] = hn::LoadU(d, &hits.direction[k][i]);
+      direction[k] = hn::LoadU(d, &rays.direction[k][i]);
       normal[k] = hn::LoadU(d, &hits.normal[k][i]);
-      const V column[3] = {set(hits.to_lattice[0][k]), set(hits.to_lattice[1][k]),
-                           set(hits.to_lattice[2][k])};
+      const V column[3] = {set(relief.to_lattice[0][k]), set(relief.to_lattice[1][k]),
+                           set(relief.to_lattice[2][k])};
       slope[k] = hn::Mul(height, dot(column, noise_slope));
     }
     V cosine = hn::LoadU(d, &hits.cosine[i]);
     // A surface seen edge-on moves by the reach, but not if its height is 0: no 0 / 0.
-    const V rise = hn::Div(hn::Mul(height, value), hn::Max(cosine, set(1e-9)));
-    hn::StoreU(hn::Neg(hn::Clamp(rise, hn::Neg(reach), reach)), d, &hits.shift[i]);
+    const V rise = hn::Div(hn::Mul(height, noise), hn::Max(cosine, set(1e-9)));
+    const V longer = hn::Neg(hn::Clamp(rise, hn::Neg(reach), reach));
+    const auto mask = hn::Ne(hn::LoadU(d, &is_chosen[i]), hn::Zero(d));
+    const auto change_chosen = [&](V value, double* place) {
+      hn::BlendedStore(value, mask, d, place);
+    };
+    change_chosen(longer, &shift[i]);
+    change_chosen(hn::Add(hn::LoadU(d, &hits.range[i]), longer), &hits.range[i]);
     // The surface at height h(p) above the plane has the normal n - grad h, of the part of the
     // gradient in the plane.
     const V off_plane = dot(slope, normal);
@@ -268,10 +296,10 @@ void ApplyRelief(ReliefHits& hits) {
     const V scale = hn::Div(one, hn::Sqrt(dot(normal, normal)));
     for (std::size_t k = 0; k < 3; ++k) {
       normal[k] = hn::Mul(normal[k], scale);
-      hn::StoreU(normal[k], d, &hits.normal[k][i]);
+      change_chosen(normal[k], &hits.normal[k][i]);
     }
     cosine = hn::Clamp(hn::Neg(dot(normal, direction)), hn::Zero(d), one);
-    hn::StoreU(cosine, d, &hits.cosine[i]);
+    change_chosen(cosine, &hits.cosine[i]);
   }
 }
 
@@ -286,6 +314,7 @@ HWY_EXPORT(SineCosine);
 HWY_EXPORT(ArcTangent);
 HWY_EXPORT(ArcCosine);
 HWY_EXPORT(ExponentialMinus1);
+HWY_EXPORT(Product);
 HWY_EXPORT(MeetPlanes);
 HWY_EXPORT(ApplyRelief);
 HWY_EXPORT(FourNormals);
@@ -299,8 +328,16 @@ void arc_tangent(const float* y, const float* x, float* angle, std::size_t count
 void arc_cosine(const float* x, float* angle, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ArcCosine)(x, angle, count);
 }
-void meet_planes(TriangleHits& hits) { HWY_DYNAMIC_DISPATCH(MeetPlanes)(hits); }
-void apply_relief(ReliefHits& hits) { HWY_DYNAMIC_DISPATCH(ApplyRelief)(hits); }
+void product(const MatrixLanes& matrix, const VectorLanes& v, VectorLanes& result) {
+  HWY_DYNAMIC_DISPATCH(Product)(matrix, v, result);
+}
+void meet_planes(const RayPacket& rays, const Corners& corners, HitPacket& hits) {
+  HWY_DYNAMIC_DISPATCH(MeetPlanes)(rays, corners, hits);
+}
+void apply_relief(const ReliefNoise& relief, const RayPacket& rays,
+                  const std::array<bool, lanes>& chosen, HitPacket& hits, DoubleLanes& shift) {
+  HWY_DYNAMIC_DISPATCH(ApplyRelief)(relief, rays, chosen, hits, shift);
+}
 void exponential_minus_1(const float* x, float* result, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(ExponentialMinus1)(x, result, count);
 }

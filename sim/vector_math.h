@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sim/packet.h"
+
 namespace minescan {
 
-/// Numbers that are worked on together; arrays have room for a multiple of this.
-inline constexpr std::size_t lanes = 16;
-using Lanes = std::array<float, lanes>;
+// Arrays of `count` have room for a multiple of `lanes`.
 
 /// sine[i] and cosine[i] of angle[i], radians, |angle[i]| <= 10000; error up to 2e-7 + 1e-7
 /// |angle|.
@@ -33,28 +33,26 @@ void exponential_minus_1(const float* x, float* result, std::size_t count);
 void four_normals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& streams,
                   std::uint64_t block, std::array<Lanes, 4>& result);
 
-/// Rays and the triangles that they meet; [0], [1], [2] are x, y, z.
-struct TriangleHits {
-  using Doubles = std::array<double, lanes>;
-  std::array<Lanes, 3> a, b, c;              // corners
-  std::array<Doubles, 3> origin, direction;  // direction: unit
-  std::array<Doubles, 3> normal;             // result: unit, on the side that the ray came from
-  Doubles range, cosine;  // result: to the triangle's plane, and of the incidence
-};
-void meet_planes(TriangleHits& hits);
+/// matrix * v in each lane, in double precision; the same bits on every processor.
+void product(const MatrixLanes& matrix, const VectorLanes& v, VectorLanes& result);
 
-/// Hits on a surface with relief, which FineRelief tells of.
-struct ReliefHits {
-  using Doubles = TriangleHits::Doubles;
-  std::array<std::array<double, 3>, 3> to_lattice;  // rows; world to lattice of the noise
-  double height;                                    // metres per unit of noise
-  double reach;                                     // metres along the beam
-  std::uint64_t seed;
-  std::array<Doubles, 3> place, direction;  // where the ray met the triangle; unit
-  std::array<Doubles, 3> normal;            // of the triangle; becomes that of the relief
-  Doubles cosine;                           // likewise
-  Doubles shift;                            // result: the range becomes longer by this
+/// The corners of triangles; [0], [1], [2] are x, y, z.
+struct Corners {
+  std::array<Lanes, 3> a, b, c;
 };
-void apply_relief(ReliefHits& hits);
+/// Where rays meet the planes of triangles. Leaves the triangle numbers of `hits` alone.
+void meet_planes(const RayPacket& rays, const Corners& corners, HitPacket& hits);
+
+/// The relief of a surface, which FineRelief tells of.
+struct ReliefNoise {
+  std::array<std::array<double, 3>, 3> to_lattice = {};  // rows; world to lattice of the noise
+  double height = 0;                                     // metres per unit of noise
+  double reach = 0;                                      // metres along the beam
+  std::uint64_t seed = 0;
+};
+/// Gives the chosen ones of `hits` the relief; `rays` are what met them. shift[i] becomes by how
+/// much the range is longer then, metres.
+void apply_relief(const ReliefNoise& relief, const RayPacket& rays,
+                  const std::array<bool, lanes>& chosen, HitPacket& hits, DoubleLanes& shift);
 
 }  // namespace minescan

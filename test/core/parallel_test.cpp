@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -39,6 +40,44 @@ TEST(ParallelFor, PassesOnWhatABodyThrows) {
   EXPECT_THROW(parallel_for(1, 0, [](std::size_t, std::size_t) {}), std::invalid_argument);
   EXPECT_THROW(ThreadLimit(0), std::invalid_argument);
   parallel_for(0, 1, [](std::size_t, std::size_t) { FAIL() << "there is no index"; });
+}
+
+TEST(ParallelInOrder, TakesInOrderWhatWasMadeInAnyOrder) {
+  for (const int threads : {1, 4}) {
+    const ThreadLimit limit(threads);
+    std::vector<std::size_t> slots(parallel_slots());
+    std::vector<std::size_t> taken;
+    parallel_in_order(
+        1003,
+        [&](std::size_t i, std::size_t slot) {
+          // The first ones of a round are the last to be made.
+          if (i % 7 == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
+          slots.at(slot) = i;
+        },
+        [&](std::size_t i, std::size_t slot) {
+          EXPECT_EQ(slots.at(slot), i);
+          taken.push_back(i);
+        });
+    ASSERT_EQ(taken.size(), 1003u);
+    for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(taken[i], i);
+  }
+  const OneThread one;
+  std::vector<std::size_t> calls;
+  parallel_in_order(
+      2, [&](std::size_t i, std::size_t) { calls.push_back(10 * i); },
+      [&](std::size_t i, std::size_t) { calls.push_back(10 * i + 1); });
+  EXPECT_EQ(calls, (std::vector<std::size_t>{0, 1, 10, 11}));
+}
+
+TEST(ParallelInOrder, PassesOnWhatIsThrown) {
+  const auto nothing = [](std::size_t, std::size_t) {};
+  const auto fifty = [](std::size_t i, std::size_t) {
+    if (i == 50) throw std::runtime_error("fifty");
+  };
+  EXPECT_THROW(parallel_in_order(100, fifty, nothing), std::runtime_error);
+  EXPECT_THROW(parallel_in_order(100, nothing, fifty), std::runtime_error);
+  parallel_in_order(
+      0, [](std::size_t, std::size_t) { FAIL() << "there is no item"; }, nothing);
 }
 
 TEST(ThreadLimit, OfOneRunsOnTheCallingThread) {

@@ -304,5 +304,44 @@ TEST(Kinematics, PrismsBendAsSnellsLawSays) {
   EXPECT_LT(narrowest / degree, 1.5);
 }
 
+// Sixteen beams at once are those of one by one, up to the order in which rounded products are
+// added.
+TEST(BeamDirections, OfLanesAreThoseOneByOne) {
+  Scanner levered = pitching();
+  levered.lever = {0.1, -0.2, 0.3};
+  levered.encoder_jitter = 1e-3;
+  levered.mirror_tilt = 0.01;
+  levered.motion_jitter = 1e-3;
+  for (const Scanner& s : {levered, find_scanner("spin-16"), find_scanner("rosette"),
+                           find_scanner("flash-3d"), find_scanner("optab-yawing")}) {
+    const Kinematics kinematics(s);
+    Kinematics::Heads heads;
+    Kinematics::Rings rings;
+    Lanes jitter;
+    std::array<Kinematics::Plane, lanes> planes;
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const auto n = static_cast<int>(i);
+      planes[i] = kinematics.plane(7 * n % s.planes, 0.1 * n);
+      heads.set(i, planes[i]);
+      rings[i] = 5 * n % s.plane_beams;
+      jitter[i] = 0.5f * static_cast<float>(n) - 3;
+    }
+    Kinematics::Beams nominal, actual;
+    VectorLanes along;
+    kinematics.nominal(heads, rings, nominal);
+    kinematics.actual(heads, rings, jitter, actual);
+    kinematics.along(heads, rings, along);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const Beam believed = kinematics.nominal(planes[i], rings[i]);
+      const Beam real = kinematics.actual(planes[i], rings[i], static_cast<double>(jitter[i]));
+      EXPECT_LT((nominal.origin.lane(i) - believed.origin).norm(), 1e-15) << s.name;
+      EXPECT_LT((nominal.direction.lane(i) - believed.direction).norm(), 1e-15) << s.name;
+      EXPECT_LT((actual.origin.lane(i) - real.origin).norm(), 1e-15) << s.name;
+      EXPECT_LT((actual.direction.lane(i) - real.direction).norm(), 1e-15) << s.name;
+      EXPECT_LT((along.lane(i) - real.along).norm(), 1e-15) << s.name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace minescan

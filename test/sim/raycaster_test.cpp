@@ -166,14 +166,15 @@ int leaks(const TriangleMesh& mesh, const Vector3d& origin) {
     directions.push_back(random_direction(random));
   }
   int lost = 0;
-  for (std::size_t i = 0; i < directions.size(); i += RayCaster::packet_size) {
-    const std::size_t count = std::min(RayCaster::packet_size, directions.size() - i);
-    std::array<Hit, RayCaster::packet_size> hits;
-    std::array<Ray, RayCaster::packet_size> rays;
-    for (std::size_t k = 0; k < count; ++k) rays[k] = {origin, directions[i + k]};
-    caster.cast_packet({rays.data(), count}, far, hits);
-    for (std::size_t k = 0; k < count; ++k) {
-      if (hits[k].triangle == no_triangle) ++lost;
+  for (std::size_t i = 0; i < directions.size(); i += lanes) {
+    HitPacket hits;
+    RayPacket rays;
+    rays.count = std::min(lanes, directions.size() - i);
+    for (std::size_t k = 0; k < rays.count; ++k) rays.set(k, {origin, directions[i + k]});
+    rays.fill();
+    caster.cast_packet(rays, far, hits);
+    for (std::size_t k = 0; k < rays.count; ++k) {
+      if (hits.triangle[k] == no_triangle) ++lost;
       if (!caster.cast(origin, directions[i + k], 0, far)) ++lost;
     }
   }
@@ -193,21 +194,24 @@ TEST(RayCaster, PacketsSeeWhatSingleRaysSee) {
   for (std::uint64_t i = 0; i < 3000; ++i) {
     Random random(6, i);
     const Vector3d centre = random_direction(random);
-    std::array<Ray, RayCaster::packet_size> rays;
-    for (Ray& ray : rays) ray = {origin, (centre + 0.01 * random_direction(random)).normalized()};
-    std::array<Hit, RayCaster::packet_size> hits;
-    const std::size_t count = 1 + i % RayCaster::packet_size;
-    caster.cast_packet({rays.data(), count}, far, hits);
-    std::array<Glance, RayCaster::packet_size> glances;
-    caster.glance_packet({rays.data(), count}, far, glances);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::optional<Hit> alone = caster.cast(origin, rays[k].direction, 0, far);
+    RayPacket rays;
+    rays.count = 1 + i % lanes;
+    for (std::size_t k = 0; k < rays.count; ++k)
+      rays.set(k, {origin, (centre + 0.01 * random_direction(random)).normalized()});
+    rays.fill();
+    HitPacket hits;
+    caster.cast_packet(rays, far, hits);
+    std::array<Glance, lanes> glances;
+    caster.glance_packet(rays, far, glances);
+    for (std::size_t k = 0; k < rays.count; ++k) {
+      const std::optional<Hit> alone = caster.cast(origin, rays.direction.lane(k), 0, far);
       ASSERT_TRUE(alone);
-      ASSERT_EQ(glances[k].triangle, hits[k].triangle);
-      ASSERT_NEAR(glances[k].range, hits[k].range, 1e-4);
-      ASSERT_NEAR(glances[k].cosine, hits[k].cosine, 1e-4);
+      const Hit hit = hits.lane(k);
+      ASSERT_EQ(glances[k].triangle, hit.triangle);
+      ASSERT_NEAR(glances[k].range, hit.range, 1e-4);
+      ASSERT_NEAR(glances[k].cosine, hit.cosine, 1e-4);
       // The same triangle but for ties at edges, which single precision breaks either way.
-      ASSERT_NEAR(hits[k].range, alone->range, hits[k].triangle == alone->triangle ? 1e-12 : 1e-4);
+      ASSERT_NEAR(hit.range, alone->range, hit.triangle == alone->triangle ? 1e-12 : 1e-4);
     }
   }
 }

@@ -133,7 +133,9 @@ TEST(VectorMath, NormalNumbersAreStandardNormalAndIndependent) {
 TEST(VectorMath, RaysMeetPlanesWhereTheFormulaSays) {
   using Eigen::Vector3d;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
-    TriangleHits hits;
+    RayPacket rays;
+    Corners corners;
+    HitPacket hits;
     std::array<Vector3d, lanes> a, normal, origin, direction;
     for (std::size_t i = 0; i < lanes; ++i) {
       Random random(trial, i);
@@ -147,23 +149,22 @@ TEST(VectorMath, RaysMeetPlanesWhereTheFormulaSays) {
       direction[i] = ((a[i] + b + c) / 3 - origin[i]).normalized();
       for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
-        hits.a[k][i] = static_cast<float>(a[i][axis]);
-        hits.b[k][i] = static_cast<float>(b[axis]);
-        hits.c[k][i] = static_cast<float>(c[axis]);
-        hits.origin[k][i] = origin[i][axis];
-        hits.direction[k][i] = direction[i][axis];
-        a[i][axis] = static_cast<double>(hits.a[k][i]);
+        corners.a[k][i] = static_cast<float>(a[i][axis]);
+        corners.b[k][i] = static_cast<float>(b[axis]);
+        corners.c[k][i] = static_cast<float>(c[axis]);
+        a[i][axis] = static_cast<double>(corners.a[k][i]);
       }
+      rays.set(i, {origin[i], direction[i]});
       const auto corner = [&](const std::array<Lanes, 3>& p) {
         return Vector3d(static_cast<double>(p[0][i]), static_cast<double>(p[1][i]),
                         static_cast<double>(p[2][i]));
       };
-      normal[i] = (corner(hits.b) - a[i]).cross(corner(hits.c) - a[i]).normalized();
+      normal[i] = (corner(corners.b) - a[i]).cross(corner(corners.c) - a[i]).normalized();
       if (normal[i].dot(direction[i]) > 0) normal[i] = -normal[i];
     }
-    meet_planes(hits);
+    meet_planes(rays, corners, hits);
     for (std::size_t i = 0; i < lanes; ++i) {
-      const Vector3d found(hits.normal[0][i], hits.normal[1][i], hits.normal[2][i]);
+      const Vector3d found = hits.normal.lane(i);
       const double cosine = -normal[i].dot(direction[i]);
       // Rounding of numbers of size 10, magnified where the plane is seen edge-on or the triangle
       // is thin.
@@ -182,14 +183,16 @@ TEST(VectorMath, ReliefIsThatOfTheNoiseOneByOne) {
   const double height = 0.03, reach = 0.08;
   std::size_t beyond_reach = 0, turned_away = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
-    ReliefHits hits;
+    ReliefNoise relief{.height = height, .reach = reach, .seed = trial};
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t l = 0; l < 3; ++l)
-        hits.to_lattice[k][l] =
+        relief.to_lattice[k][l] =
             to_lattice(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
-    hits.height = height;
-    hits.reach = reach;
-    hits.seed = trial;
+    RayPacket rays;
+    HitPacket hits;
+    std::array<bool, lanes> chosen;
+    DoubleLanes shift;
+    shift.fill(-1);
     std::array<Vector3d, lanes> place, normal, direction;
     for (std::size_t i = 0; i < lanes; ++i) {
       Random random(trial, i);
@@ -201,16 +204,18 @@ TEST(VectorMath, ReliefIsThatOfTheNoiseOneByOne) {
       normal[i] = vector().normalized();
       direction[i] = vector().normalized();
       if (direction[i].dot(normal[i]) > 0) direction[i] = -direction[i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto axis = static_cast<Eigen::Index>(k);
-        hits.place[k][i] = place[i][axis];
-        hits.normal[k][i] = normal[i][axis];
-        hits.direction[k][i] = direction[i][axis];
-      }
-      hits.cosine[i] = -normal[i].dot(direction[i]);
+      rays.set(i, {place[i], direction[i]});
+      hits.set(i, {1, 0, -normal[i].dot(direction[i]), normal[i]});
+      chosen[i] = (i + trial) % 5 != 0;
     }
-    apply_relief(hits);
+    apply_relief(relief, rays, chosen, hits, shift);
     for (std::size_t i = 0; i < lanes; ++i) {
+      if (!chosen[i]) {
+        EXPECT_EQ(hits.range[i], 0);
+        EXPECT_EQ(hits.normal.lane(i), normal[i]);
+        EXPECT_EQ(shift[i], -1);
+        continue;
+      }
       const NoiseSlope noise = gradient_noise_slope(to_lattice * place[i], trial);
       const double cosine = -normal[i].dot(direction[i]);
       const double rise = height * noise.value / cosine;
@@ -221,10 +226,10 @@ TEST(VectorMath, ReliefIsThatOfTheNoiseOneByOne) {
       turned_away += away > 0.9 * cosine;
       if (away > 0.9 * cosine) slope *= 0.9 * cosine / away;
       const Vector3d tilted = (normal[i] - slope).normalized();
-      const Vector3d found(hits.normal[0][i], hits.normal[1][i], hits.normal[2][i]);
+      const Vector3d found = hits.normal.lane(i);
       // Rounding of places of size 7 * 60 in the lattice, 1e-13, times the noise's steepest slope;
       // magnified at grazing incidence.
-      EXPECT_NEAR(hits.shift[i], -std::clamp(rise, -reach, reach), 1e-12 / cosine);
+      EXPECT_NEAR(shift[i], -std::clamp(rise, -reach, reach), 1e-12 / cosine);
       EXPECT_LT((found - tilted).norm(), 1e-11);
       EXPECT_NEAR(hits.cosine[i], -tilted.dot(direction[i]), 1e-11);
     }
