@@ -71,7 +71,7 @@ void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& str
   const V m0 = hn::Set(d, 0xD2511F53), m1 = hn::Set(d, 0xCD9E8D57);
   const auto product = [&](V a, V b) {
 #if HWY_TARGET == HWY_SCALAR
-    return hn::Set(d, hn::GetLane(a) * hn::GetLane(b));
+    return hn::Set(d, (hn::GetLane(a) & 0xffffffff) * hn::GetLane(b));
 #else
     const hn::Repartition<std::uint32_t, decltype(d)> halves;
     return hn::MulEven(hn::BitCast(halves, a), hn::BitCast(halves, b));
@@ -89,19 +89,18 @@ void FourNormals(std::uint64_t seed, const std::array<std::uint64_t, lanes>& str
     for (int round = 0; round < 10; ++round) {
       const V p0 = product(c0, m0);
       const V p1 = product(c2, m1);
-      const V n0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p1), c1), hn::Set(d, std::uint64_t{k0}));
-      const V n2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p0), c3), hn::Set(d, std::uint64_t{k1}));
-      c1 = hn::And(p1, low);
-      c3 = hn::And(p0, low);
-      c0 = n0;
-      c2 = n2;
+      // Their upper halves are anything from here on: products read the lower ones only.
+      c0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p1), c1), hn::Set(d, std::uint64_t{k0}));
+      c2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(p0), c3), hn::Set(d, std::uint64_t{k1}));
+      c1 = p1;
+      c3 = p0;
       k0 += 0x9E3779B9;
       k1 += 0xBB67AE85;
     }
-    hn::Store(c0, d, words[0].data() + i);
-    hn::Store(c1, d, words[1].data() + i);
-    hn::Store(c2, d, words[2].data() + i);
-    hn::Store(c3, d, words[3].data() + i);
+    hn::Store(hn::And(c0, low), d, words[0].data() + i);
+    hn::Store(hn::And(c1, low), d, words[1].data() + i);
+    hn::Store(hn::And(c2, low), d, words[2].data() + i);
+    hn::Store(hn::And(c3, low), d, words[3].data() + i);
   }
   const Float f;
   Lanes radius_part, angle_part;
