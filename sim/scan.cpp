@@ -174,10 +174,14 @@ void Sweep::aim(const Kinematics::Heads& heads, Beams& beams) const {
     }
   }
   product(R_world_start, beams.actual.direction, beams.axes.direction);
-  product(R_world_start, beams.actual.origin, beams.axes.origin);
+  // Most scanners stand still and have no lever: all their beams leave from one place.
+  if (carrier.path || kinematics.has_lever())
+    product(R_world_start, beams.actual.origin, beams.axes.origin);
+  else
+    beams.axes.origin = {};
   for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t i = 0; i < lanes; ++i)
-      beams.axes.origin[k][i] += carrier.T_world_start.translation()[static_cast<Eigen::Index>(k)];
+    for (double& x : beams.axes.origin[k])
+      x += carrier.T_world_start.translation()[static_cast<Eigen::Index>(k)];
   if (scanner.sub_rays > 1) {
     const VectorLanes along = beams.along;
     product(R_world_start, along, beams.along);
