@@ -101,10 +101,12 @@ struct Target {
   void take(NdtGrid grid, const NdtOptions& options) {
     std::optional<NdtField> field;
     if (options.pose.is_rigid()) field = ndt_field(grid);
-    if (field)
+    if (field) {
+      field->store(options.terms.storage);
       fields.push_back(*std::move(field));
-    else
+    } else {
       plain = std::move(grid);
+    }
   }
   std::size_t bytes() const {
     std::size_t sum = plain ? plain->bytes() : 0;

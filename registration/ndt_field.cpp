@@ -68,6 +68,12 @@ std::optional<NdtField> ndt_field(const NdtGrid& grid, int margin) {
   return field;
 }
 
+void NdtField::store(Storage storage) {
+  if (storage == Storage::dense) return;
+  stored.emplace(number, size, storage);
+  number = {};
+}
+
 void NdtField::Row::set_information(const Eigen::Matrix3d& L) {
   const double list[6] = {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)};
   for (int i = 0; i < 6; ++i) information[i] = static_cast<float>(list[i]);

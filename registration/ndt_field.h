@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "registration/cell_numbers.h"
 #include "registration/ndt_grid.h"
 
 namespace minescan {
@@ -34,7 +35,10 @@ struct NdtField {
   double side = 1;                                   // of a cell, metres
   std::array<std::int32_t, 3> size = {};             // cells along x, y, z
   std::vector<std::int32_t> number = {};             // of the row, x fastest; -1: none
-  std::vector<Row> rows = {};                        // the last one is never met
+  /// The same in less memory, in place of `number`, which is empty then. Scores are the same bits;
+  /// looking up takes longer.
+  std::optional<CellNumbers> stored = {};
+  std::vector<Row> rows = {};  // the last one is never met
   /// Whether points outside are scored with the nearest cell of the box's border.
   bool endless = false;
   /// 0 to 7: a point is scored with this one of the 8 cells with the nearest centres (bit 0: the
@@ -48,8 +52,15 @@ struct NdtField {
   double height = 1;         // of a density at its mean
   bool row_heights = false;  // whether those of the rows count, too
 
+  std::int32_t number_at(std::int32_t place) const {
+    return stored ? stored->find(place) : number[static_cast<std::size_t>(place)];
+  }
+  /// Moves the numbers of cells; nothing works on them afterwards but sums.
+  void store(Storage storage);
+
   std::size_t bytes() const {
-    return number.size() * sizeof(number[0]) + rows.size() * sizeof(rows[0]);
+    return number.size() * sizeof(number[0]) + (stored ? stored->bytes() : 0) +
+           rows.size() * sizeof(rows[0]);
   }
 };
 

@@ -209,7 +209,7 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
                     hn::LoadU(d, points.z() + at)};
     // Padding stays outside: it is further away than any point can be.
     auto inside = hn::Lt(p[0], beyond);
-    V y[3], weight[3];
+    V y[3], weight[3] = {zero, zero, zero};
     I index[3];
     for (int i = 0; i < 3; ++i) {
       y[i] = hn::MulAdd(motion.R[i][2], p[2],
@@ -235,7 +235,16 @@ HWY_INLINE void meet(const NdtField& field, const Motion& motion, const PackedPo
     const I place = hn::IfThenElseZero(
         hn::RebindMask(di, inside),
         hn::Add(hn::Mul(hn::Add(hn::Mul(index[2], size_y), index[1]), size_x), index[0]));
-    const I number = hn::GatherIndex(di, field.number.data(), place);
+    I number;
+    if (field.stored) {
+      HWY_ALIGN std::int32_t one_by_one[field_lanes];
+      hn::Store(place, di, one_by_one);
+      for (std::size_t i = 0; i < hn::Lanes(di); ++i)
+        one_by_one[i] = field.stored->find(one_by_one[i]);
+      number = hn::Load(di, one_by_one);
+    } else {
+      number = hn::GatherIndex(di, field.number.data(), place);
+    }
     const auto meets = hn::And(inside, hn::RebindMask(d, hn::Gt(number, hn::Set(di, -1))));
     // Whole registers: instructions that compress into memory take AMD's Zen 4 a hundred cycles.
     for (int i = 0; i < 3; ++i) hn::StoreU(hn::Compress(y[i], meets), d, met.y[i] + met.count);

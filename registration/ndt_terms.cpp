@@ -246,6 +246,7 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
       }
     }
   }
+  for (NdtField& field : fields) field.store(options.storage);
   return fields;
 }
 
@@ -263,9 +264,8 @@ MetCount count_met(const std::vector<NdtField>& fields, const Pose& T_target_sou
       inside = inside || within;
       if (!within && !field.endless) continue;
       const Eigen::Array3i cell = at.max(0.0).min(size - 1).cast<int>();
-      const auto place =
-          static_cast<std::size_t>((cell[2] * field.size[1] + cell[1]) * field.size[0] + cell[0]);
-      const std::int32_t number = field.number[place];
+      const std::int32_t place = (cell[2] * field.size[1] + cell[1]) * field.size[0] + cell[0];
+      const std::int32_t number = field.number_at(place);
       if (number < 0) continue;
       const auto& [x, y, z] = field.rows[static_cast<std::size_t>(number)].mean;
       const Eigen::Vector3d from_mean =

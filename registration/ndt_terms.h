@@ -67,12 +67,13 @@ struct NdtTermOptions {
   bool endless = false;  // section 4.3.5
   Density density = Density::normal;
   double outlier_ratio = 0.55;  // PCL's own
+  Storage storage = Storage::dense;
 };
 
 template <class Visitor>
 void fields(NdtTermOptions& o, Visitor&& field) {
   field("discretisation", o.discretisation, "how cells are divided further");
-  field("depth", o.depth, between(1, 8), "", "octree, additive: how often a cell may be halved");
+  field("depth", o.depth, between(0, 8), "", "octree, additive: how often a cell may be halved");
   field(
       "split-spread", o.split_spread, between(0, 1000), "m",
       "octree, additive: a cell whose points spread further in their thinnest direction (standard "
@@ -87,6 +88,9 @@ void fields(NdtTermOptions& o, Visitor&& field) {
   field("density", o.density, "what a cell says of a point");
   field("outlier-ratio", o.outlier_ratio, above_up_to(0, 0.99), "",
         "mixture, cell_mixture: weight of the uniform part");
+  field("storage", o.storage,
+        "where cells are kept: an array over their box, which is fastest, or as many as there are "
+        "in a hash table, along a Z-order curve, or in runs; poses are the same");
 }
 
 /// d1 and d2 of d1 exp(-d2 u / 2), d1 < 0, which with a constant approximates

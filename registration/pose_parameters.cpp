@@ -120,7 +120,13 @@ PoseParameters::PoseParameters(const Pose& start, const PoseOptions& options)
                                 value_text(options.start_axis));
   options_.start_axis.normalize();
   values_ = Parameters::Zero(size());
-  if (is_about_pose(options.form)) return;
+  if (is_about_pose(options.form)) {
+    if (options.stop_rule != StopRule::step)
+      throw std::invalid_argument("stop-rule: pose " + value_text(options.form) +
+                                  " is taken anew about every pose, where its norm is always 0; "
+                                  "expected step");
+    return;
+  }
   if (options.form == PoseForm::planar) {
     values_.head<2>() = start.translation().head<2>();
     return;

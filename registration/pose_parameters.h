@@ -32,6 +32,14 @@ constexpr auto names_of(PoseForm) {
       {"local", "twist", "right", "rotation_vector", "axis_angle", "euler", "planar"});
 }
 
+/// What is compared with stop_step: the norm of the step, or the change of the norm of all
+/// parameters, as the paper words it (section 5). The latter is small, too, for a step that leads
+/// around the origin of the parameters.
+enum class StopRule { step, norm_change };
+constexpr auto names_of(StopRule) {
+  return std::to_array<std::string_view>({"step", "norm_change"});
+}
+
 struct PoseOptions {
   PoseForm form = PoseForm::local;
   // axis_angle: r is made a unit vector after every step, and derivatives are those of r / |r|. The
@@ -39,6 +47,8 @@ struct PoseOptions {
   bool renormalise = true;
   // axis_angle: r where the start pose does not turn (below 1e-12 rad); the paper gives none.
   Eigen::Vector3d start_axis = Eigen::Vector3d::UnitZ();
+  // norm_change: of forms whose parameters are kept from pose to pose.
+  StopRule stop_rule = StopRule::step;
 
   /// Whether all parameters move the source without deforming it.
   bool is_rigid() const { return form != PoseForm::axis_angle || renormalise; }
@@ -52,6 +62,9 @@ void fields(PoseOptions& o, Visitor&& field) {
         "deformed on the way, as in the paper; with undivided single cells only");
   field("start-axis", o.start_axis, between(-1000, 1000), "",
         "pose axis_angle: the axis where the start pose has no rotation");
+  field("stop-rule", o.stop_rule,
+        "what stop-step is compared with: the norm of a step, or by how much a step changes the "
+        "norm of the parameters (pose rotation_vector, axis_angle, euler or planar)");
 }
 
 /// Derivatives of the 3 x 4 matrix (R, t) for the parameters.
@@ -65,7 +78,8 @@ struct PoseDerivatives {
 /// The parameters of one pose.
 class PoseParameters {
  public:
-  /// Throws std::invalid_argument for a start axis of no length.
+  /// Throws std::invalid_argument for a start axis of no length, or for a stop rule that asks for
+  /// the norm of parameters that are taken anew about every pose.
   PoseParameters(const Pose& start, const PoseOptions& options);
 
   int size() const;

@@ -39,6 +39,8 @@ struct LocalSpace {
     return newton_step(at.gradient, at.hessian, objective.length, options.max_step, options.repair);
   }
   static Pose moved(const Pose& pose, const Vector6d& step) { return stepped(pose, step); }
+  /// What stop_step is compared with, of a step with this norm.
+  static double change(const Pose&, const Pose&, double step) { return step; }
 };
 
 /// The same for the parameters of a PoseForm.
@@ -76,6 +78,11 @@ struct ParameterSpace {
   static PoseParameters moved(const PoseParameters& at, const Parameters& step) {
     return at.moved(step);
   }
+  double change(const PoseParameters& from, const PoseParameters& to, double step) const {
+    return options.stop_rule == StopRule::step
+               ? step
+               : std::abs(to.values().norm() - from.values().norm());
+  }
 };
 
 /// Where a search ended in a space.
@@ -101,6 +108,7 @@ Reached<Space> line_searches(Space& f, const typename Space::State& start,
     // The full step mostly leads down, so there the derivatives are computed at once.
     double alpha = 1;
     bool decreased = false;
+    double change = 0;
     for (int halvings = 0; halvings <= 10 && !decreased; ++halvings) {
       if (halvings > 0) alpha /= 2;
       const typename Space::State trial = f.moved(found.state, alpha * step);
@@ -108,11 +116,12 @@ Reached<Space> line_searches(Space& f, const typename Space::State& start,
       if (halvings > 0 && !(f.value(trial) <= limit)) continue;
       const typename Space::Value there = f.score(trial);
       if (!(there.value <= limit)) continue;
+      change = f.change(found.state, trial, alpha * step.norm());
       found.state = trial;
       found.score = there;
       decreased = true;
     }
-    found.converged = !decreased || alpha * step.norm() < options.stop_step;
+    found.converged = !decreased || change < options.stop_step;
   }
   return found;
 }
@@ -142,6 +151,7 @@ Reached<Space> damped_steps(Space& f, const typename Space::State& start,
     const typename Space::State trial = f.moved(found.state, scale.cwiseProduct(step));
     const typename Space::Value there = f.score(trial);
     const double gain = promised > 0 ? (found.score.value - there.value) / promised : -1;
+    const double change = f.change(found.state, trial, std::min(norm, options.max_step));
     if (gain > 0) {
       found.state = trial;
       found.score = there;
@@ -153,7 +163,7 @@ Reached<Space> damped_steps(Space& f, const typename Space::State& start,
       growth *= 2;
     }
     // A short step that leads up is one too short to go on as well.
-    found.converged = std::min(norm, options.max_step) < options.stop_step;
+    found.converged = change < options.stop_step;
   }
   return found;
 }
@@ -236,11 +246,12 @@ Found minimise(const Objective& objective, const Pose& start, const SearchOption
 
 Found minimise(const Objective& objective, const Pose& start, const SearchOptions& options,
                const PoseOptions& pose) {
+  const PoseParameters parameters(start, pose);  // which checks the options
   if (pose.form == PoseForm::local) return minimise(objective, start, options);
   if (!pose.is_rigid() && !objective.affine)
     throw std::invalid_argument("renormalise = false: expected an objective with an affine score");
   ParameterSpace space{.objective = objective, .options = pose, .curvature = curvature_of(options)};
-  const Reached<ParameterSpace> reached = search_in(space, PoseParameters(start, pose), options);
+  const Reached<ParameterSpace> reached = search_in(space, parameters, options);
   Found found{.pose = normalized(reached.state.rigid_pose()),
               .iterations = reached.iterations,
               .evaluations = space.evaluations + 1,

@@ -233,11 +233,59 @@ TEST(NdtTerms, OverlapIsEightLattices) {
   expect_equal(fields_score({}, {.neighbourhood = Neighbourhood::overlap}), plain);
 }
 
+// Wherever cells are kept, and whatever looks them up.
+TEST(NdtTerms, EveryStorageHasTheSameScore) {
+  const std::vector<NdtTermOptions> lookups = {
+      {},
+      {.neighbourhood = Neighbourhood::faces},
+      {.neighbourhood = Neighbourhood::trilinear},
+      {.linked = true},
+      {.endless = true},
+      {.discretisation = Discretisation::additive, .split_spread = 0.03}};
+  for (NdtTermOptions options : lookups) {
+    for (const double cell_size : {0.3, 1.0}) {
+      const NdtGridOptions grid{.cell_size = cell_size};
+      options.storage = Storage::dense;
+      const Score dense = fields_score(grid, options);
+      EXPECT_GT(dense.met, 100u);
+      for (const Storage storage : {Storage::hash, Storage::morton, Storage::runs}) {
+        options.storage = storage;
+        const Score other = fields_score(grid, options);
+        EXPECT_EQ(other.value, dense.value);
+        EXPECT_EQ(other.gradient, dense.gradient);
+        EXPECT_EQ(other.hessian, dense.hessian);
+        EXPECT_EQ(other.met, dense.met);
+      }
+    }
+  }
+}
+
+// A surface of cells a quarter as large: the box takes 64 times the memory, the cells 16 times.
+TEST(NdtTerms, SparseStoragesGrowWithTheSurface) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(200000, 1).points;
+  const auto bytes = [&](double cell_size, Storage storage) {
+    double sum = 0;
+    for (const NdtField& field : ndt_fields(points, {.cell_size = cell_size}, {.storage = storage}))
+      sum += static_cast<double>(field.bytes() - field.rows.size() * sizeof(field.rows[0]));
+    return sum;
+  };
+  EXPECT_GT(bytes(0.25, Storage::dense) / bytes(1, Storage::dense), 40);  // boxes are whole cells
+  for (const Storage storage : {Storage::hash, Storage::morton, Storage::runs}) {
+    EXPECT_LT(bytes(0.25, storage) / bytes(1, storage), 32) << value_text(storage);
+    // A tunnel fills a tenth of its box with cells, of which a table takes 64 bytes each.
+    if (storage == Storage::hash) continue;
+    EXPECT_LT(bytes(0.25, storage), bytes(0.25, Storage::dense)) << value_text(storage);
+  }
+}
+
 TEST(NdtTerms, AnOctreeThatIsNeverDividedIsFixed) {
   const NdtGridOptions grid{.cell_size = 2};
   const Score fixed = fields_score(grid, {});
-  for (const Discretisation kind : {Discretisation::octree, Discretisation::additive})
+  for (const Discretisation kind : {Discretisation::octree, Discretisation::additive}) {
     expect_equal(fields_score(grid, {.discretisation = kind, .split_spread = 1000}), fixed);
+    expect_equal(fields_score(grid, {.discretisation = kind, .depth = 0, .split_spread = 0}),
+                 fixed);
+  }
 }
 
 TEST(NdtTerms, AnOctreeThatIsAlwaysDividedIsFixedOneSizeDown) {

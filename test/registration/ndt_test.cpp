@@ -73,6 +73,24 @@ TEST(RegisterNdt, MergesOnlyUndividedCellsByTwo) {
   refuses({.terms = {.density = Density::mixture}});
 }
 
+TEST(RegisterNdt, FindsTheSamePoseInEveryStorage) {
+  const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
+  const Pose guess = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
+  const auto result_of = [&](Storage storage) {
+    return register_ndt(target, source, guess, {.terms = {.storage = storage}});
+  };
+  const RegistrationResult dense = result_of(Storage::dense);
+  std::vector<std::size_t> bytes = {dense.target_bytes};
+  for (const Storage storage : {Storage::hash, Storage::morton, Storage::runs}) {
+    const RegistrationResult other = result_of(storage);
+    EXPECT_EQ(other.T_target_source.matrix(), dense.T_target_source.matrix());
+    EXPECT_EQ(other.score, dense.score);
+    EXPECT_EQ(other.empty_points, dense.empty_points);
+    for (const std::size_t taken : bytes) EXPECT_NE(other.target_bytes, taken);
+    bytes.push_back(other.target_bytes);
+  }
+}
+
 TEST(RegisterNdt, OneLevelIsTheBaselineWhateverTheRatio) {
   const PointCloud target = bumpy_tunnel(10000, 1), source = bumpy_tunnel(10000, 2);
   const auto run = [&](double level_ratio) {

@@ -260,6 +260,37 @@ TEST(PoseParameters, RefuseAnAxisOfNoLength) {
                std::invalid_argument);
 }
 
+// The search ends after the first step that changes the norm by less than stop_step, however long
+// the step is.
+TEST(PoseParameters, StopByTheChangeOfTheNorm) {
+  const PointCloud target = bumpy_tunnel(30000, 1), source = bumpy_tunnel(20000, 2);
+  const Pose start = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
+  const PoseOptions by_norm{.form = PoseForm::rotation_vector, .stop_rule = StopRule::norm_change};
+  const PoseOptions by_step{.form = PoseForm::rotation_vector};
+  const auto after = [&](const PoseOptions& pose, double stop_step, int iterations) {
+    return register_ndt(
+        target, source, start,
+        {.search = {.stop_step = stop_step, .max_iterations = iterations}, .pose = pose});
+  };
+  for (const double stop_step : {0.01, 1e-3, 1e-4}) {
+    const RegistrationResult stopped = after(by_norm, stop_step, 100);
+    ASSERT_EQ(stopped.status, Status::converged);
+    ASSERT_GT(stopped.iterations, 1);
+    double norm = PoseParameters(start, by_step).values().norm();
+    for (int i = 1; i <= stopped.iterations; ++i) {
+      const Pose pose = after(by_step, 1e-12, i).T_target_source;
+      const double next = PoseParameters(pose, by_step).values().norm();
+      EXPECT_EQ(std::abs(next - norm) < stop_step, i == stopped.iterations)
+          << stop_step << ' ' << i;
+      norm = next;
+    }
+  }
+  for (const PoseForm form : {PoseForm::local, PoseForm::twist, PoseForm::right})
+    EXPECT_THROW(register_ndt(target, source, start,
+                              {.pose = {.form = form, .stop_rule = StopRule::norm_change}}),
+                 std::invalid_argument);
+}
+
 TEST(RegisterNdt, FindsTheTrueMotionInEveryForm) {
   const PointCloud target = bumpy_tunnel(30000, 1);
   const Pose error = displaced(Pose::Identity(), {0.2, -0.15, 0.1}, {0.5, -0.3, 0.8}, 0.05);
