@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Loops over several cores. A body of parallel_for writes to its own slots of arrays sized beforehand, and sums are
-// taken in index order afterwards, so results do not depend on the number of threads.
+// Loops over several cores. A body of parallel_for writes to its own slots of arrays sized
+// beforehand, and sums are taken in index order afterwards, so results do not depend on the number
+// of threads.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +16,15 @@ namespace minescan {
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 
-/// Work in two steps, the second in order: calls make(i, slot) for i = 0 ... count - 1 from several
-/// threads and, each after its make, take(i, slot) one after the other, i = 0 first. `slot` says
-/// which of parallel_slots() buffers is i's own from its make to the end of its take. An exception
-/// of either ends the work and is thrown here.
+/// A step of parallel_in_order for item i. `slot` says which of parallel_slots() buffers is the
+/// item's own from its first step to the end of its second.
 using InOrder = std::function<void(std::size_t i, std::size_t slot)>;
-void parallel_in_order(std::size_t count, const InOrder& make, const InOrder& take);
 std::size_t parallel_slots();
+
+/// Work in two steps, the second in order: calls make(i, slot) for i = 0 ... count - 1 from several
+/// threads and, each after its make, take(i, slot) one after the other, i = 0 first. An exception
+/// of either ends the work and is thrown here.
+void parallel_in_order(std::size_t count, const InOrder& make, const InOrder& take);
 
 /// While it lives, loops use at most `threads` threads (>= 1).
 class ThreadLimit {
