@@ -73,7 +73,7 @@ void parallel_in_order(std::size_t count, const InOrder& make, const InOrder& ta
                              tbb::make_filter<Item, void>(filter_mode::serial_in_order, take_it));
 }
 
-// Several for each thread: a slow item must not keep the others waiting.
+// Several for each thread (four: assumed), so that a slow item does not keep the others waiting.
 std::size_t parallel_slots() { return 4 * static_cast<std::size_t>(available_threads()); }
 
 // Made in place: a copy of the control would not limit anything, and TBB lets one be made.

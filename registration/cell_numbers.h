@@ -30,7 +30,6 @@ constexpr auto names_of(Storage) {
 /// The numbers of a box's cells, in memory that goes with how many there are.
 class CellNumbers {
  public:
-  CellNumbers() = default;
   /// `numbers`: of each cell, x fastest, -1: none; `size`: cells along x, y, z, at most 2^21 each.
   /// `storage` is not dense.
   CellNumbers(const std::vector<std::int32_t>& numbers, const std::array<std::int32_t, 3>& size,

@@ -67,6 +67,8 @@ struct NdtTermOptions {
   bool endless = false;  // section 4.3.5
   Density density = Density::normal;
   double outlier_ratio = 0.55;  // PCL's own
+  // Of cells in boxes. Cells spread too widely for one, and those of parameters that deform, are in
+  // the table of NdtGrid whatever this says.
   Storage storage = Storage::dense;
 };
 
@@ -90,7 +92,8 @@ void fields(NdtTermOptions& o, Visitor&& field) {
         "mixture, cell_mixture: weight of the uniform part");
   field("storage", o.storage,
         "where cells are kept: an array over their box, which is fastest, or as many as there are "
-        "in a hash table, along a Z-order curve, or in runs; poses are the same");
+        "in a hash table, along a Z-order curve, or in runs; poses are the same; cells "
+        "in too large a box, and those of renormalise = false, are in a hash table always");
 }
 
 /// d1 and d2 of d1 exp(-d2 u / 2), d1 < 0, which with a constant approximates

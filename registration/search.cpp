@@ -151,8 +151,9 @@ Reached<Space> damped_steps(Space& f, const typename Space::State& start,
     const typename Space::State trial = f.moved(found.state, scale.cwiseProduct(step));
     const typename Space::Value there = f.score(trial);
     const double gain = promised > 0 ? (found.score.value - there.value) / promised : -1;
-    const double change = f.change(found.state, trial, std::min(norm, options.max_step));
+    double change = std::min(norm, options.max_step);
     if (gain > 0) {
+      change = f.change(found.state, trial, change);
       found.state = trial;
       found.score = there;
       lambda *= std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3));

@@ -137,29 +137,32 @@ Kinematics::Plane Kinematics::plane(int column, double jitter) const {
   return plane;
 }
 
-void Kinematics::origins(const MatrixLanes& head, const Rings& rings, VectorLanes& origins) const {
-  if (!has_lever_) {
-    origins = {};
-    return;
-  }
-  VectorLanes of_ring;
+template <class Of>
+void Kinematics::turned(const MatrixLanes& head, const Rings& rings, const Of& of,
+                        VectorLanes& result) const {
+  VectorLanes before;
   for (std::size_t i = 0; i < lanes; ++i)
-    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].origin);
-  product(head, of_ring, origins);
+    before.set(i, of(rings_[static_cast<std::size_t>(rings[i])], i));
+  product(head, before, result);
+}
+
+void Kinematics::origins(const MatrixLanes& head, const Rings& rings, VectorLanes& origins) const {
+  if (has_lever_)
+    turned(
+        head, rings, [](const Ring& r, std::size_t) { return r.origin; }, origins);
+  else
+    origins = {};
 }
 
 void Kinematics::nominal(const Heads& heads, const Rings& rings, Beams& beams) const {
+  origins(heads.nominal, rings, beams.origin);
   if (scanner_.pattern != Pattern::mirror) {
-    beams.origin = {};
     for (std::size_t i = 0; i < lanes; ++i)
       beams.direction.set(i, without_mirror(heads.column[i], rings[i]).direction);
     return;
   }
-  origins(heads.nominal, rings, beams.origin);
-  VectorLanes of_ring;
-  for (std::size_t i = 0; i < lanes; ++i)
-    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].nominal);
-  product(heads.nominal, of_ring, beams.direction);
+  turned(
+      heads.nominal, rings, [](const Ring& r, std::size_t) { return r.nominal; }, beams.direction);
 }
 
 void Kinematics::actual(const Heads& heads, const Rings& rings, const Lanes& jitter,
@@ -169,11 +172,10 @@ void Kinematics::actual(const Heads& heads, const Rings& rings, const Lanes& jit
     return;
   }
   origins(heads.actual, rings, beams.origin);
-  VectorLanes of_ring;
-  for (std::size_t i = 0; i < lanes; ++i)
-    of_ring.set(
-        i, direction(rings_[static_cast<std::size_t>(rings[i])], static_cast<double>(jitter[i])));
-  product(heads.actual, of_ring, beams.direction);
+  turned(
+      heads.actual, rings,
+      [&](const Ring& r, std::size_t i) { return direction(r, static_cast<double>(jitter[i])); },
+      beams.direction);
 }
 
 void Kinematics::along(const Heads& heads, const Rings& rings, VectorLanes& along) const {
@@ -182,10 +184,8 @@ void Kinematics::along(const Heads& heads, const Rings& rings, VectorLanes& alon
       along.set(i, without_mirror(heads.column[i], rings[i]).along);
     return;
   }
-  VectorLanes of_ring;
-  for (std::size_t i = 0; i < lanes; ++i)
-    of_ring.set(i, rings_[static_cast<std::size_t>(rings[i])].turned);
-  product(heads.actual, of_ring, along);
+  turned(
+      heads.actual, rings, [](const Ring& r, std::size_t) { return r.turned; }, along);
 }
 
 Beam Kinematics::without_mirror(int column, int ring) const {

@@ -68,8 +68,8 @@ class Kinematics {
     return {origin(plane.actual, r), plane.actual * direction(r, jitter), plane.actual * r.turned};
   }
 
-  /// The same for a beam in each of 16 lanes, several times as fast: beam ring[i] of the plane that
-  /// heads were set to in lane i.
+  /// The same for a beam in each of 16 lanes: beam rings[i] of the plane that heads were set to in
+  /// lane i.
   struct Heads {
     std::array<int, lanes> column;
     MatrixLanes nominal, actual;
@@ -113,6 +113,9 @@ class Kinematics {
     return head * ring.origin;
   }
   Beam without_mirror(int column, int ring) const;
+  // One vector of the ring in each lane, of(ring, lane), turned by the heads.
+  template <class Of>
+  void turned(const MatrixLanes& head, const Rings& rings, const Of& of, VectorLanes& result) const;
   // Origins of the beams in 16 lanes.
   void origins(const MatrixLanes& head, const Rings& rings, VectorLanes& origins) const;
 

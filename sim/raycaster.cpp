@@ -24,8 +24,6 @@
 namespace minescan {
 namespace {
 
-constexpr auto packet = lanes;
-
 // Bits of RTCRay::mask are compared with those of the geometry; with 0 nothing is ever hit.
 constexpr unsigned every_geometry = ~0u;
 
@@ -234,11 +232,11 @@ struct RayCaster::Impl {
 
   // `found` has a geometry where a ray met something.
   void intersect(const RayPacket& rays, double max_range, RTCRayHit16& found) const {
-    alignas(64) std::array<int, packet> valid;
-    for (std::size_t i = 0; i < packet; ++i) valid[i] = i < rays.count ? -1 : 0;
+    alignas(64) std::array<int, lanes> valid;
+    for (std::size_t i = 0; i < lanes; ++i) valid[i] = i < rays.count ? -1 : 0;
     // One array after the other, which compilers turn into wide instructions.
     const auto narrow = [](const DoubleLanes& from, float* to) {
-      for (std::size_t i = 0; i < packet; ++i) to[i] = static_cast<float>(from[i]);
+      for (std::size_t i = 0; i < lanes; ++i) to[i] = static_cast<float>(from[i]);
     };
     narrow(rays.origin[0], found.ray.org_x);
     narrow(rays.origin[1], found.ray.org_y);
@@ -246,14 +244,14 @@ struct RayCaster::Impl {
     narrow(rays.direction[0], found.ray.dir_x);
     narrow(rays.direction[1], found.ray.dir_y);
     narrow(rays.direction[2], found.ray.dir_z);
-    std::fill_n(found.ray.tnear, packet, 0.0f);
-    std::fill_n(found.ray.tfar, packet, static_cast<float>(max_range));
-    std::fill_n(found.ray.time, packet, 0.0f);
-    std::fill_n(found.ray.mask, packet, every_geometry);
-    std::fill_n(found.ray.id, packet, 0u);
-    std::fill_n(found.ray.flags, packet, 0u);
-    std::fill_n(found.hit.geomID, packet, RTC_INVALID_GEOMETRY_ID);
-    std::fill_n(found.hit.instID[0], packet, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(found.ray.tnear, lanes, 0.0f);
+    std::fill_n(found.ray.tfar, lanes, static_cast<float>(max_range));
+    std::fill_n(found.ray.time, lanes, 0.0f);
+    std::fill_n(found.ray.mask, lanes, every_geometry);
+    std::fill_n(found.ray.id, lanes, 0u);
+    std::fill_n(found.ray.flags, lanes, 0u);
+    std::fill_n(found.hit.geomID, lanes, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(found.hit.instID[0], lanes, RTC_INVALID_GEOMETRY_ID);
     intersect16(valid.data(), scene.get(), found);
   }
 
@@ -301,12 +299,12 @@ Hit RayCaster::hit_of(const Ray& ray, const Glance& glance) const {
 }
 
 void RayCaster::cast_packet(const RayPacket& rays, double max_range, HitPacket& hits) const {
-  assert(rays.count >= 1 && rays.count <= packet);
+  assert(rays.count >= 1 && rays.count <= lanes);
   RTCRayHit16 found;
   impl_->intersect(rays, max_range, found);
   Lanes ranges;
   bool all = true;
-  for (std::size_t i = 0; i < packet; ++i) {
+  for (std::size_t i = 0; i < lanes; ++i) {
     const std::size_t ray = std::min(i, rays.count - 1);
     const bool met = found.hit.geomID[ray] != RTC_INVALID_GEOMETRY_ID;
     all &= met;
@@ -322,12 +320,12 @@ void RayCaster::cast_packet(const RayPacket& rays, double max_range, HitPacket& 
     if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID)
       hits.set(i,
                impl_->cast_without_leak(rays.origin.lane(i), rays.direction.lane(i), 0, max_range));
-  for (std::size_t i = rays.count; i < packet; ++i) hits.set(i, hits.lane(rays.count - 1));
+  for (std::size_t i = rays.count; i < lanes; ++i) hits.set(i, hits.lane(rays.count - 1));
 }
 
 void RayCaster::glance_packet(const RayPacket& rays, double max_range,
                               std::array<Glance, lanes>& glances) const {
-  assert(rays.count >= 1 && rays.count <= packet);
+  assert(rays.count >= 1 && rays.count <= lanes);
   RTCRayHit16 found;
   impl_->intersect(rays, max_range, found);
   for (std::size_t i = 0; i < rays.count; ++i) {
