@@ -111,6 +111,37 @@ void axis_angle_derivatives(const Eigen::Vector3d& r, double phi, bool unit, Pos
   }
 }
 
+/// |q|^2 R for q = (w, v), of any length: (w^2 - |v|^2) I + 2 w [v]x + 2 v v^T.
+Eigen::Matrix3d quaternion_matrix(const Eigen::Vector4d& q) {
+  const double w = q[0];
+  const Eigen::Vector3d v = q.tail<3>();
+  return (w * w - v.squaredNorm()) * Eigen::Matrix3d::Identity() + 2 * w * skew(v) +
+         2 * v * v.transpose();
+}
+
+/// The derivatives of M(q) / |q|^2 at |q| = 1, M the quadratic form above: nothing along q.
+void quaternion_derivatives(const Eigen::Vector4d& q, PoseDerivatives& d) {
+  const auto e = [](int i) -> Eigen::Vector4d { return Eigen::Vector4d::Unit(i); };
+  const auto M_ij = [&](int i, int j) -> Eigen::Matrix3d {
+    return quaternion_matrix(e(i) + e(j)) - quaternion_matrix(e(i)) - quaternion_matrix(e(j));
+  };
+  const Eigen::Matrix3d M = quaternion_matrix(q);
+  std::array<Eigen::Matrix3d, 4> M_i;
+  for (int i = 0; i < 4; ++i) {
+    Eigen::Matrix3d& first = M_i[static_cast<std::size_t>(i)] = Eigen::Matrix3d::Zero();
+    for (int j = 0; j < 4; ++j) first += q[j] * M_ij(i, j);
+  }
+  for (int i = 0; i < 4; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    d.first[3 + a].leftCols<3>() = M_i[a] - 2 * q[i] * M;
+    for (int j = 0; j < 4; ++j) {
+      const auto b = static_cast<std::size_t>(j);
+      d.second[3 + a][3 + b].leftCols<3>() = M_ij(i, j) - 2 * (q[j] * M_i[a] + q[i] * M_i[b]) +
+                                             (8 * q[i] * q[j] - (i == j ? 2 : 0)) * M;
+    }
+  }
+}
+
 }  // namespace
 
 PoseParameters::PoseParameters(const Pose& start, const PoseOptions& options)
@@ -136,6 +167,12 @@ PoseParameters::PoseParameters(const Pose& start, const PoseOptions& options)
     values_.segment<3>(3) = euler_angles(start.linear());
     return;
   }
+  if (options.form == PoseForm::quaternion) {
+    const Eigen::Quaterniond q(start.linear());
+    values_.tail<4>() << q.w(), q.x(), q.y(), q.z();
+    values_.tail<4>().normalize();
+    return;
+  }
   const Eigen::AngleAxisd turn(start.linear());
   const bool turns = turn.angle() >= 1e-12;
   if (options.form == PoseForm::rotation_vector) {
@@ -148,7 +185,7 @@ PoseParameters::PoseParameters(const Pose& start, const PoseOptions& options)
 
 int PoseParameters::size() const {
   if (options_.form == PoseForm::planar) return 3;
-  return options_.form == PoseForm::axis_angle ? 7 : 6;
+  return options_.form == PoseForm::axis_angle || options_.form == PoseForm::quaternion ? 7 : 6;
 }
 
 Pose PoseParameters::pose() const {
@@ -163,6 +200,8 @@ Pose PoseParameters::pose() const {
   const Eigen::Vector3d r = values_.segment<3>(3);
   if (options_.form == PoseForm::euler)
     T.linear() = euler_matrix(r);
+  else if (options_.form == PoseForm::quaternion)
+    T.linear() = quaternion_matrix(values_.tail<4>());
   else if (options_.form == PoseForm::rotation_vector)
     T.linear() = rotation_exp(r);
   else
@@ -188,6 +227,14 @@ PoseParameters PoseParameters::moved(const Parameters& step) const {
     to.values_ += step;
     if (options_.form == PoseForm::axis_angle && options_.renormalise)
       to.values_.segment<3>(3) = to.unit_axis();
+    if (options_.form == PoseForm::quaternion) {
+      // A step as long as the quaternion itself may lead to zero, which is no rotation.
+      const double length = to.values_.tail<4>().norm();
+      if (length > 0)
+        to.values_.tail<4>() /= length;
+      else
+        to.values_.tail<4>() = values_.tail<4>();
+    }
     if (options_.form == PoseForm::rotation_vector) {
       // The same rotation by less than half a turn: derivatives vanish at a whole one.
       const double angle = to.values_.segment<3>(3).norm(), turn = 2 * std::numbers::pi;
@@ -231,6 +278,8 @@ PoseDerivatives PoseParameters::derivatives() const {
     rotation_vector_derivatives(values_.segment<3>(3), d);
   } else if (options_.form == PoseForm::axis_angle) {
     axis_angle_derivatives(values_.segment<3>(3), values_[6], options_.renormalise, d);
+  } else if (options_.form == PoseForm::quaternion) {
+    quaternion_derivatives(values_.tail<4>(), d);
   } else if (options_.form == PoseForm::euler) {
     for (std::size_t i = 0; i < 3; ++i) {
       std::array<int, 3> orders = {};

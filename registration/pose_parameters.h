@@ -24,12 +24,14 @@ enum class PoseForm {
   right,            // (tau, omega): t + tau, R Exp(omega)
   rotation_vector,  // (t, theta): R = Exp(theta), |theta| <= pi between steps
   axis_angle,       // (t, r, phi): the paper's seven, eqs 13 and 15; R is a rotation if |r| = 1
+  quaternion,       // (t, w, x, y, z), made a unit quaternion after every step; steps of half angles
   euler,            // (t, a, b, c): R = Rx(a) Ry(b) Rz(c); b = +-pi/2 leaves one turn free
   planar,           // (x, y, yaw): z, roll and pitch are those of the start pose
 };
 constexpr auto names_of(PoseForm) {
   return std::to_array<std::string_view>(
-      {"local", "twist", "right", "rotation_vector", "axis_angle", "euler", "planar"});
+      {"local", "twist", "right", "rotation_vector", "axis_angle", "quaternion", "euler",
+       "planar"});
 }
 
 /// What is compared with stop_step: the norm of the step, or the change of the norm of all
@@ -64,7 +66,7 @@ void fields(PoseOptions& o, Visitor&& field) {
         "pose axis_angle: the axis where the start pose has no rotation");
   field("stop-rule", o.stop_rule,
         "what stop-step is compared with: the norm of a step, or by how much a step changes the "
-        "norm of the parameters (pose rotation_vector, axis_angle, euler or planar)");
+        "norm of the parameters (pose rotation_vector, axis_angle, quaternion, euler or planar)");
 }
 
 /// Derivatives of the 3 x 4 matrix (R, t) for the parameters.
