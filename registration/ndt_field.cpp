@@ -11,8 +11,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "registration/kdtree.h"
-
 namespace minescan {
 
 NdtField::Row row_of(const NdtCell& cell, const Eigen::Vector3d& normal,
@@ -139,22 +137,31 @@ void link_cells(NdtField& field) {
   for (std::size_t i = 0; i < links.size(); ++i) field.number[i] = links[i].number;
 }
 
-void link_cells_by_mean(NdtField& field) {
+std::int32_t NdtField::nearest_row(const Eigen::Vector3d& from_corner) const {
+  return static_cast<std::int32_t>(
+      means->nearest(from_corner, std::numeric_limits<double>::infinity())->index);
+}
+
+void link_points(NdtField& field) {
   if (field.rows.size() < 2) return;
   std::vector<Eigen::Vector3d> means;
   for (auto row = field.rows.begin(); row + 1 != field.rows.end(); ++row)
     means.emplace_back(static_cast<double>(row->mean[0]), static_cast<double>(row->mean[1]),
                        static_cast<double>(row->mean[2]));
-  const KdTree tree(means);
+  field.means = std::make_shared<const KdTree>(means);
+}
+
+void link_cells_by_mean(NdtField& field) {
+  link_points(field);
+  if (!field.means) return;
   std::size_t cell = 0;
   for (int z = 0; z < field.size[2]; ++z)
     for (int y = 0; y < field.size[1]; ++y)
-      for (int x = 0; x < field.size[0]; ++x, ++cell) {
-        if (field.number[cell] >= 0) continue;
-        const Eigen::Vector3d centre = field.side * (Eigen::Vector3d(x, y, z).array() + 0.5);
-        field.number[cell] = static_cast<std::int32_t>(
-            tree.nearest(centre, std::numeric_limits<double>::infinity())->index);
-      }
+      for (int x = 0; x < field.size[0]; ++x, ++cell)
+        if (field.number[cell] < 0)
+          field.number[cell] =
+              field.nearest_row(field.side * (Eigen::Vector3d(x, y, z).array() + 0.5));
+  field.means.reset();
 }
 
 NdtField checked_ndt_field(const NdtGrid& grid, int margin) {

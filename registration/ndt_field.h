@@ -6,10 +6,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "registration/cell_numbers.h"
+#include "registration/kdtree.h"
 #include "registration/ndt_grid.h"
 
 namespace minescan {
@@ -39,6 +41,9 @@ struct NdtField {
   /// looking up takes longer.
   std::optional<CellNumbers> stored = {};
   std::vector<Row> rows = {};  // the last one is never met
+  /// The means of the rows, from `corner`, where a point whose cell has no row takes the one with
+  /// the mean nearest to the point.
+  std::shared_ptr<const KdTree> means = {};
   /// Whether points outside are scored with the nearest cell of the box's border.
   bool endless = false;
   /// 0 to 7: a point is scored with this one of the 8 cells with the nearest centres (bit 0: the
@@ -55,12 +60,14 @@ struct NdtField {
   std::int32_t number_at(std::int32_t place) const {
     return stored ? stored->find(place) : number[static_cast<std::size_t>(place)];
   }
+  /// Of a field with means.
+  std::int32_t nearest_row(const Eigen::Vector3d& from_corner) const;
   /// Moves the numbers of cells; nothing works on them afterwards but sums.
   void store(Storage storage);
 
   std::size_t bytes() const {
     return number.size() * sizeof(number[0]) + (stored ? stored->bytes() : 0) +
-           rows.size() * sizeof(rows[0]);
+           rows.size() * sizeof(rows[0]) + (means ? means->bytes() : 0);
   }
 };
 
@@ -89,5 +96,9 @@ void link_cells(NdtField& field);
 /// The same by the distance from a cell's centre to the means of the distributions, which need not
 /// give the same: a wall that cuts a corner of its cell has its mean there. O(cells log rows).
 void link_cells_by_mean(NdtField& field);
+
+/// Gives every point that meets no distribution the one with the mean nearest to it: nothing for
+/// the cells, but a search for each such point and score.
+void link_points(NdtField& field);
 
 }  // namespace minescan

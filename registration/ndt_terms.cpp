@@ -202,10 +202,18 @@ std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
     throw std::invalid_argument(
         "neighbourhood: expected other than radius, which looks for means, for cells that are "
         "linked or endless");
+  if (options.linked && options.linked_by == LinkedBy::point &&
+      options.neighbourhood != Neighbourhood::own &&
+      options.neighbourhood != Neighbourhood::overlap)
+    throw std::invalid_argument(
+        "linked-by: expected other than point for a neighbourhood of more than one cell, since "
+        "every empty one of them would be the same mean again");
   const auto link = [&](NdtField& field) {
     if (!options.linked) return;
     if (options.linked_by == LinkedBy::mean)
       link_cells_by_mean(field);
+    else if (options.linked_by == LinkedBy::point)
+      link_points(field);
     else
       link_cells(field);
   };
@@ -265,7 +273,8 @@ MetCount count_met(const std::vector<NdtField>& fields, const Pose& T_target_sou
       if (!within && !field.endless) continue;
       const Eigen::Array3i cell = at.max(0.0).min(size - 1).cast<int>();
       const std::int32_t place = (cell[2] * field.size[1] + cell[1]) * field.size[0] + cell[0];
-      const std::int32_t number = field.number_at(place);
+      std::int32_t number = field.number_at(place);
+      if (number < 0 && field.means) number = field.nearest_row(T_target_source * p - field.corner);
       if (number < 0) continue;
       const auto& [x, y, z] = field.rows[static_cast<std::size_t>(number)].mean;
       const Eigen::Vector3d from_mean =

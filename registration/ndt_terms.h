@@ -37,10 +37,15 @@ constexpr auto names_of(Neighbourhood) {
   return std::to_array<std::string_view>({"own", "faces", "all", "overlap", "trilinear", "radius"});
 }
 
-/// What is nearest to a cell without a distribution: the cell with the nearest centre, or the one
-/// with the nearest mean (the paper says only "the nearest").
-enum class LinkedBy { centre, mean };
-constexpr auto names_of(LinkedBy) { return std::to_array<std::string_view>({"centre", "mean"}); }
+/// Which distribution a point takes in a cell without one (the paper says only "the nearest").
+enum class LinkedBy {
+  centre,  // that of the cell with the centre nearest to its cell's
+  mean,    // that with the mean nearest to its cell's centre
+  point,   // that with the mean nearest to the point itself, by a kd-tree of the means
+};
+constexpr auto names_of(LinkedBy) {
+  return std::to_array<std::string_view>({"centre", "mean", "point"});
+}
 
 enum class Density {
   normal,   // normal distributions alone (paper, eq. 4)
@@ -85,7 +90,9 @@ void fields(NdtTermOptions& o, Visitor&& field) {
         "trilinear: derivatives are those of the weights, too; else these are taken for constant");
   field("linked", o.linked,
         "a cell without a distribution takes that of the nearest cell with one");
-  field("linked-by", o.linked_by, "linked: what of a cell is near, its centre or its mean");
+  field("linked-by", o.linked_by,
+        "linked: what is near to what: a cell's centre to the centre of the empty cell, a mean to "
+        "that centre, or a mean to the point, which is searched for every time");
   field("endless", o.endless, "points outside are scored with the nearest cell of the border");
   field("density", o.density, "what a cell says of a point");
   field("outlier-ratio", o.outlier_ratio, above_up_to(0, 0.99), "",
@@ -112,8 +119,8 @@ MixtureFit cell_mixture_fit(double outlier_ratio, double side, double peak);
 /// `linked` and `endless` hold for each of them.
 ///
 /// throws  std::invalid_argument if a field has more than max_field_cells, a point lies more than
-///         2^20 cells from the lattice's origin, cells are divided and not looked up by `own`, or
-///         looked up by `radius` and linked or endless
+///         2^20 cells from the lattice's origin, cells are divided and not looked up by `own`,
+///         looked up by `radius` and linked or endless, or with neighbours and linked by `point`
 std::vector<NdtField> ndt_fields(const std::vector<Eigen::Vector3d>& points,
                                  const NdtGridOptions& grid, const NdtTermOptions& options);
 

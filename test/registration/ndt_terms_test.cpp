@@ -233,6 +233,62 @@ TEST(NdtTerms, OverlapIsEightLattices) {
   expect_equal(fields_score({}, {.neighbourhood = Neighbourhood::overlap}), plain);
 }
 
+// A point in an empty cell takes the mean nearest to it, found here by looking at all of them.
+TEST(NdtTerms, LinksOfPointsGoToTheMeanNearestToThem) {
+  for (const bool endless : {false, true}) {
+    // So few points that many cells have no distribution.
+    const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
+    const NdtGrid grid(points, {});
+    const std::vector<NdtField> fields = ndt_fields(
+        points, {}, {.linked = true, .linked_by = LinkedBy::point, .endless = endless});
+    ASSERT_EQ(fields.size(), 1u);
+    const NdtField& field = fields[0];
+    Score plain;
+    std::size_t missed = 0;
+    const Pose far = Eigen::Translation3d(1.5, 0.3, 0.2) * T;  // away from the cells
+    for (const Eigen::Vector3d& p : sources()) {
+      const Eigen::Vector3d at = far * p;
+      const Eigen::Array3d cell = (at - field.corner).array() / field.side;
+      const bool inside =
+          (cell >= 0).all() && cell[0] < field.size[0] && cell[1] < field.size[1] &&
+          cell[2] < field.size[2];
+      if (!inside && !endless) continue;
+      const NdtCell* taken = inside ? grid.find(at) : nullptr;
+      if (!inside) {
+        const Eigen::Array3d last(field.size[0] - 0.5, field.size[1] - 0.5, field.size[2] - 0.5);
+        taken = grid.find(field.corner + field.side * cell.max(0.5).min(last).matrix());
+      }
+      if (!taken) {
+        ++missed;
+        for (const NdtCell& other : grid.cells())
+          if (!taken || (other.mean - at).norm() < (taken->mean - at).norm()) taken = &other;
+      }
+      const Score term = ndt_score(*taken, far, p);
+      plain.value += term.value;
+      plain.gradient += term.gradient;
+      plain.hessian += term.hessian;
+      ++plain.met;
+    }
+    EXPECT_GT(missed, 100u);
+    const Score score = ndt_score(field, far, PackedPoints(sources()));
+    expect_equal(score, plain);
+    EXPECT_EQ(score.value, ndt_value(field, far, PackedPoints(sources())));
+    EXPECT_EQ(count_met(fields, far, sources()).met, plain.met);
+    // The other two definitions say something else.
+    for (const LinkedBy by : {LinkedBy::centre, LinkedBy::mean}) {
+      const double other = ndt_value(
+          ndt_fields(points, {}, {.linked = true, .linked_by = by, .endless = endless}).at(0), far,
+          PackedPoints(sources()));
+      EXPECT_GT(std::abs(other - score.value), 1e-3 * std::abs(score.value));
+    }
+  }
+  EXPECT_THROW(ndt_fields(sources(), {},
+                          {.neighbourhood = Neighbourhood::faces,
+                           .linked = true,
+                           .linked_by = LinkedBy::point}),
+               std::invalid_argument);
+}
+
 // Wherever cells are kept, and whatever looks them up.
 TEST(NdtTerms, EveryStorageHasTheSameScore) {
   const std::vector<NdtTermOptions> lookups = {
@@ -240,6 +296,7 @@ TEST(NdtTerms, EveryStorageHasTheSameScore) {
       {.neighbourhood = Neighbourhood::faces},
       {.neighbourhood = Neighbourhood::trilinear},
       {.linked = true},
+      {.linked = true, .linked_by = LinkedBy::point},
       {.endless = true},
       {.discretisation = Discretisation::additive, .split_spread = 0.03}};
   for (NdtTermOptions options : lookups) {
