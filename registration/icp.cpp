@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -29,7 +30,7 @@ double distance_limit(int iteration, const IcpOptions& o) {
 }
 
 bool uses_source_normals(const IcpOptions& o) {
-  return o.metric == IcpMetric::symmetric || o.metric == IcpMetric::generalized ||
+  return o.resample || o.metric == IcpMetric::symmetric || o.metric == IcpMetric::generalized ||
          o.matcher == IcpMatcher::normal_shooting || o.weights == PairWeights::normals ||
          o.max_angle < std::numbers::pi;
 }
@@ -39,7 +40,7 @@ bool uses_target_normals(const IcpOptions& o) {
 
 /// The used source points with their normals, in the source frame.
 PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
-  PointCloud used = *used_source(source, options.sampling);
+  PointCloud used = options.resample ? source : *used_source(source, options.sampling);
   if (!uses_source_normals(options))
     used.normals.clear();
   else if (used.normals.empty())
@@ -164,11 +165,24 @@ class Matcher {
       pairs.keep(kept);
     }
     if (options_.kept_pairs < 1) trim(pairs, options_.kept_pairs);
+    matched_ = pairs.size();
+    if (options_.resample) keep_stable(pairs);
     weigh(pairs, options_.weights);
   }
   std::size_t outside() const { return outside_; }
+  /// Pairs found, before a sample of them was taken.
+  std::size_t matched() const { return matched_; }
 
  private:
+  void keep_stable(IcpPairs& pairs) const {
+    const std::size_t wanted = sample_size(used_.points.size(), options_.sampling.ratio);
+    if (wanted >= pairs.size()) return;
+    std::vector<std::uint8_t> chosen(pairs.size());
+    for (const std::uint32_t i : sample_stable(pairs.source, pairs.source_normal, wanted))
+      chosen[i] = 1;
+    pairs.keep(chosen);
+  }
+
   const PointCloud& target_;
   const PointCloud& used_;
   const KdTree& tree_;
@@ -185,6 +199,7 @@ class Matcher {
   std::vector<Partner> partners_;
   std::vector<std::uint32_t> wanted_;  // whose normals are asked for
   std::size_t outside_ = 0;
+  std::size_t matched_ = 0;
 };
 
 /// What the pairs hold, and how far they are apart.
@@ -332,6 +347,11 @@ void conclude(const IcpPairs& pairs, const PointCloud& used, const IcpOptions& o
 
 void run_icp(const PointCloud& whole_target, const PointCloud& source, const IcpOptions& options,
              RegistrationResult& result) {
+  if (options.resample && (options.sampling.sampling != Sampling::stable ||
+                           options.sampling.of == SampleOf::target))
+    throw std::invalid_argument("resample: expected sampling stable of the source, found " +
+                                value_text(options.sampling.sampling) + " of " +
+                                value_text(options.sampling.of));
   Stopwatch watch;
   const PointCloud used = used_cloud(source, options);
   result.used_points = used.points.size();
@@ -355,7 +375,7 @@ void run_icp(const PointCloud& whole_target, const PointCloud& source, const Icp
   while (result.status == Status::max_iterations && result.iterations < options.max_iterations) {
     ++result.iterations;
     find();
-    if (static_cast<double>(pairs.size()) < needed) {
+    if (static_cast<double>(matcher.matched()) < needed) {
       result.status = Status::no_overlap;
     } else if (const std::optional<Pose> moved = motion(pairs, options)) {
       const Pose next = normalized(*moved * T);
@@ -369,13 +389,13 @@ void run_icp(const PointCloud& whole_target, const PointCloud& source, const Icp
   }
   if (result.status == Status::converged || result.status == Status::max_iterations) {
     find();  // from the last pose
-    if (static_cast<double>(pairs.size()) < needed)
+    if (static_cast<double>(matcher.matched()) < needed)
       result.status = Status::no_overlap;
     else
       conclude(pairs, used, options, result);
   }
   result.outside_points = matcher.outside();
-  result.empty_points = used.points.size() - pairs.size() - result.outside_points;
+  result.empty_points = used.points.size() - matcher.matched() - result.outside_points;
   result.time.align = watch.lap();
 }
 

@@ -58,6 +58,9 @@ constexpr auto names_of(PairWeights) {
 /// The defaults are the paper's baseline (section 5).
 struct IcpOptions {
   SamplingOptions sampling = {};
+  // Of sampling stable: chosen anew in every iteration among all source points with a partner, so
+  // that it is what both scans have seen that holds the pose (Gelfand et al. 2003, section 4).
+  bool resample = false;
   IcpMetric metric = IcpMetric::point;
   ClosedForm closed_form = ClosedForm::svd;
   IcpMatcher matcher = IcpMatcher::nearest;
@@ -87,6 +90,9 @@ struct IcpOptions {
 template <class Visitor>
 void fields(IcpOptions& o, Visitor&& field) {
   fields(o.sampling, field);
+  field("resample", o.resample,
+        "sampling stable of the source: the points are chosen anew in every iteration, among those "
+        "with a partner");
   field("metric", o.metric, "which distance of the pairs is made small");
   field("closed-form", o.closed_form, "how metric point is solved");
   field("matcher", o.matcher, "what a source point is paired with");
@@ -129,6 +135,8 @@ void fields(IcpOptions& o, Visitor&& field) {
 ///
 /// Normals, where options ask for them, are the clouds' own or those of the planes through
 /// `neighbours` points: of the target among all its points, of the source among the used ones.
+///
+/// With `resample` all points are matched and count as used; those chosen of them move the pose.
 ///
 /// target, source  N and M points in metres, each cloud in its own frame; N, M >= 1, all finite
 /// T_guess         start pose T_target_source

@@ -206,6 +206,34 @@ TEST(RegisterIcp, RejectionsShedPointsThatTheTargetDoesNotHave) {
   EXPECT_LT(error({.kept_pairs = 0.7}), 0.8 * plain);
 }
 
+// A box that only the source has seen holds it along the tunnel better than all relief does: points
+// chosen once are mostly on it and find no partner; chosen anew, they are in the overlap.
+TEST(RegisterIcp, StablePointsChosenAnewAreInTheOverlap) {
+  PointCloud target, source = bumpy_tunnel(20000, 2);
+  for (const Eigen::Vector3d& p : bumpy_tunnel(40000, 1).points)
+    if (p.x() < 1) target.points.push_back(p);
+  Random random(31, 0);
+  for (int i = 0; i < 2000; ++i)
+    source.points.push_back({4, random.uniform() - 0.5, random.uniform() - 0.5});
+  IcpOptions options{.sampling = {.ratio = 0.05, .sampling = Sampling::stable},
+                     .metric = IcpMetric::plane};
+  const RegistrationResult once = register_icp(target, source, near_identity, options);
+  options.resample = true;
+  const RegistrationResult anew = register_icp(target, source, near_identity, options);
+  EXPECT_EQ(anew.used_points, source.points.size());
+  ASSERT_EQ(anew.status, Status::converged);
+  // As in FindsTheTrueMotionBetweenDifferentSamples: only relief holds along the tunnel.
+  EXPECT_LT(pose_error(Pose::Identity(), anew.T_target_source).translation, 0.05);
+  EXPECT_GT(pose_error(Pose::Identity(), once.T_target_source).translation, 0.1);
+
+  for (SamplingOptions sampling : {SamplingOptions{.sampling = Sampling::spatial},
+                                   SamplingOptions{.sampling = Sampling::stable,
+                                                   .of = SampleOf::target}})
+    EXPECT_THROW(register_icp(target, source, near_identity,
+                              {.sampling = sampling, .resample = true}),
+                 std::invalid_argument);
+}
+
 TEST(IcpPairs, AreWeighedByDistanceAsInEquationOne) {
   IcpPairs pairs{.source = std::vector<Eigen::Vector3d>(3, {0, 0, 0}), .distance = {0.2, 0.8, 0.4}};
   weigh(pairs, PairWeights::distance);
