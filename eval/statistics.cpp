@@ -134,6 +134,27 @@ double fisher_exact(std::size_t successes_a, std::size_t trials_a, std::size_t s
   return std::min(1.0, sum);
 }
 
+SequentialTest::SequentialTest(double good_rate, double bad_rate, double error)
+    : good_rate_(good_rate), bad_rate_(bad_rate), error_(error) {
+  check_fraction(good_rate, "good rate");
+  check_fraction(bad_rate, "bad rate");
+  if (!(bad_rate < good_rate && error > 0 && error < 0.5))
+    throw std::invalid_argument(
+        "sequential test: expected a bad rate below the good one, and an error between 0 and 0.5");
+  bound_ = std::log((1 - error) / error);
+  after_success_ = std::log(bad_rate / good_rate);
+  after_failure_ = std::log((1 - bad_rate) / (1 - good_rate));
+}
+
+void SequentialTest::add(bool success) {
+  if (answer() == Answer::undecided) sum_ += success ? after_success_ : after_failure_;
+}
+
+SequentialTest::Answer SequentialTest::answer() const {
+  if (sum_ >= bound_) return Answer::bad;
+  return sum_ <= -bound_ ? Answer::good : Answer::undecided;
+}
+
 double binomial_cdf(std::size_t successes, std::size_t trials, double p) {
   if (successes >= trials) return 1;
   return boost::math::cdf(boost::math::binomial_distribution<>(static_cast<double>(trials), p),

@@ -48,6 +48,38 @@ Interval clopper_pearson_interval(std::size_t successes, std::size_t trials,
 double fisher_exact(std::size_t successes_a, std::size_t trials_a, std::size_t successes_b,
                     std::size_t trials_b);
 
+/// Decides whether a success rate is good or bad with as few trials as it takes: each adds to the
+/// logarithm of how much likelier a bad rate is than a good one, until that leaves +-bound().
+/// Probability of a wrong answer at either rate: about `error`, a little less.
+/// source: Wald 1945, sequential probability ratio test
+class SequentialTest {
+ public:
+  enum class Answer { undecided, good, bad };
+
+  /// Throws std::invalid_argument unless 0 < bad_rate < good_rate < 1 and 0 < error < 0.5.
+  SequentialTest(double good_rate, double bad_rate, double error);
+
+  /// Has no effect after the answer.
+  void add(bool success);
+  Answer answer() const;
+  double bound() const { return bound_; }
+  double after_success() const { return after_success_; }  // what a success adds, below 0
+  double after_failure() const { return after_failure_; }  // what a failure adds, above 0
+  /// Trials needed on average where the rate is the good or the bad one, by Wald's approximation
+  /// that the sum ends at a bound and not beyond.
+  double expected_trials_if_good() const { return expected_trials(good_rate_, -bound_); }
+  double expected_trials_if_bad() const { return expected_trials(bad_rate_, bound_); }
+
+ private:
+  double expected_trials(double rate, double end) const {
+    return (1 - 2 * error_) * end / (rate * after_success_ + (1 - rate) * after_failure_);
+  }
+
+  double good_rate_ = 0, bad_rate_ = 0, error_ = 0;
+  double bound_ = 0, after_success_ = 0, after_failure_ = 0;
+  double sum_ = 0;
+};
+
 /// Probability of at most `successes` in `trials` at rate `p`.
 double binomial_cdf(std::size_t successes, std::size_t trials, double p);
 

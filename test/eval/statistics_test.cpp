@@ -8,6 +8,8 @@
 #include <limits>
 #include <numeric>
 
+#include "core/random.h"
+
 namespace minescan {
 namespace {
 
@@ -146,6 +148,59 @@ TEST(Holm, MultipliesByTheNumberOfTestsLeft) {
   EXPECT_DOUBLE_EQ(adjusted[0], 0.06);
   EXPECT_TRUE(holm_adjusted({}).empty());
   EXPECT_EQ(holm_adjusted({0.9, 0.8})[0], 1);
+}
+
+// ln(0.99 / 0.01), ln(0.85 / 0.95) and ln(0.15 / 0.05), and what Wald's formula makes of them.
+TEST(SequentialTest, HasTheConstantsOfWald) {
+  const SequentialTest test(0.95, 0.85, 0.01);
+  EXPECT_NEAR(test.bound(), 4.5951, 5e-5);
+  EXPECT_NEAR(test.after_success(), -0.1112, 5e-5);
+  EXPECT_NEAR(test.after_failure(), 1.0986, 5e-5);
+  EXPECT_NEAR(test.expected_trials_if_good(), 89, 0.5);
+  EXPECT_NEAR(test.expected_trials_if_bad(), 64, 0.5);
+  const SequentialTest narrow(0.99, 0.93, 0.01);
+  EXPECT_NEAR(narrow.expected_trials_if_good(), 106, 0.5);
+  EXPECT_NEAR(narrow.expected_trials_if_bad(), 58, 0.5);
+}
+
+TEST(SequentialTest, AnswersOnceAndForAll) {
+  SequentialTest test(0.95, 0.85, 0.01);
+  for (int i = 0; i < 41; ++i) test.add(true);
+  EXPECT_EQ(test.answer(), SequentialTest::Answer::undecided);
+  test.add(true);  // 42 times 0.1112 is more than 4.595, 41 times is not
+  EXPECT_EQ(test.answer(), SequentialTest::Answer::good);
+  for (int i = 0; i < 100; ++i) test.add(false);
+  EXPECT_EQ(test.answer(), SequentialTest::Answer::good);
+  SequentialTest failing(0.95, 0.85, 0.01);
+  for (int i = 0; i < 5; ++i) failing.add(false);  // 5 times 1.0986
+  EXPECT_EQ(failing.answer(), SequentialTest::Answer::bad);
+}
+
+// 4000 tests at either rate: wrong answers 0.01 or fewer, within three standard deviations of such
+// a count; trials as Wald says, but for what the sum goes beyond the bound, a failure's at most.
+TEST(SequentialTest, IsAsOftenWrongAsItSays) {
+  Random random(21, 0);
+  for (const double rate : {0.95, 0.85}) {
+    int wrong = 0, trials = 0;
+    for (int i = 0; i < 4000; ++i) {
+      SequentialTest test(0.95, 0.85, 0.01);
+      for (; test.answer() == SequentialTest::Answer::undecided; ++trials)
+        test.add(random.uniform() < rate);
+      wrong += (test.answer() == SequentialTest::Answer::good) != (rate == 0.95);
+    }
+    EXPECT_LE(wrong, 40 + 3 * std::sqrt(40));
+    const SequentialTest test(0.95, 0.85, 0.01);
+    const double expected =
+        rate == 0.95 ? test.expected_trials_if_good() : test.expected_trials_if_bad();
+    EXPECT_NEAR(trials / 4000.0, expected, 1.0986 / 0.0507);
+  }
+}
+
+TEST(SequentialTest, RefusesWhatItCannotDecide) {
+  EXPECT_THROW(SequentialTest(0.8, 0.9, 0.01), std::invalid_argument);
+  EXPECT_THROW(SequentialTest(1, 0.9, 0.01), std::invalid_argument);
+  EXPECT_THROW(SequentialTest(0.9, 0, 0.01), std::invalid_argument);
+  EXPECT_THROW(SequentialTest(0.9, 0.8, 0.5), std::invalid_argument);
 }
 
 }  // namespace
