@@ -116,18 +116,18 @@ void run_gicp(const PointCloud& target, const PointCloud& source,
 
 RegistrationResult register_open3d_icp(const PointCloud& target, const PointCloud& source,
                                        const Pose& T_guess, const Open3dIcpOptions& options) {
-  return registered(target, source, T_guess, options, run_icp);
+  return registered_by_peer(target, source, T_guess, options, Matches::points, run_icp);
 }
 
 RegistrationResult register_open3d_icp_plane(const PointCloud& target, const PointCloud& source,
                                              const Pose& T_guess,
                                              const Open3dNormalOptions& options) {
-  return registered(target, source, T_guess, options, run_icp_plane);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_icp_plane);
 }
 
 RegistrationResult register_open3d_gicp(const PointCloud& target, const PointCloud& source,
                                         const Pose& T_guess, const Open3dNormalOptions& options) {
-  return registered(target, source, T_guess, options, run_gicp);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_gicp);
 }
 
 }  // namespace minescan

@@ -342,27 +342,27 @@ void run_pcl_global(const PointCloud& target, const PointCloud& source,
 
 RegistrationResult register_pcl_ndt(const PointCloud& target, const PointCloud& source,
                                     const Pose& T_guess, const PclNdtOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_ndt);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_pcl_ndt);
 }
 
 RegistrationResult register_pcl_icp(const PointCloud& target, const PointCloud& source,
                                     const Pose& T_guess, const PclIcpOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_icp);
+  return registered_by_peer(target, source, T_guess, options, Matches::points, run_pcl_icp);
 }
 
 RegistrationResult register_pcl_icp_plane(const PointCloud& target, const PointCloud& source,
                                           const Pose& T_guess, const PclNormalOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_icp_plane);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_pcl_icp_plane);
 }
 
 RegistrationResult register_pcl_gicp(const PointCloud& target, const PointCloud& source,
                                      const Pose& T_guess, const PclNormalOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_gicp);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_pcl_gicp);
 }
 
 RegistrationResult register_pcl_global(const PointCloud& target, const PointCloud& source,
                                        const Pose& T_guess, const PclGlobalOptions& options) {
-  return registered(target, source, T_guess, options, run_pcl_global);
+  return registered_by_peer(target, source, T_guess, options, Matches::surfaces, run_pcl_global);
 }
 
 }  // namespace minescan

@@ -63,6 +63,18 @@ std::array<Bounds, 2> checked_clouds(const PointCloud& target, const PointCloud&
   return bounds;
 }
 
+/// 0, 1, 2 or 3: whether all points lie at one place, on one line, in one plane or not, to rounding.
+int dimensions_of(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points) C += (p - mean) * (p - mean).transpose();
+  const Eigen::Vector3d spread =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(C, Eigen::EigenvaluesOnly).eigenvalues();
+  // Squares of lengths, rounded to 1e-16 of the largest; of rounded coordinates to 1e-13 or so.
+  return static_cast<int>((spread.array() > 1e-12 * spread[2]).count());
+}
+
 }  // namespace
 
 void check_clouds(const PointCloud& target, const PointCloud& source, const Pose& T_guess) {
@@ -102,6 +114,22 @@ RegistrationResult registered(
     throw std::runtime_error("the registration ended at a pose that is not finite");
   result.cpu = watch.cpu();
   return result;
+}
+
+void doubt(const PointCloud& target, const PointCloud& source, const Pose& T_guess, Matches what,
+           RegistrationResult& result) {
+  if (result.status != Status::converged && result.status != Status::max_iterations) return;
+  const int needed = what == Matches::points ? 2 : 3;
+  for (const PointCloud* cloud : {&target, &source}) {
+    if (static_cast<double>(cloud->points.size()) < needed_points(0, 0))
+      result.status = Status::no_overlap;
+    else if (dimensions_of(cloud->points) < needed)
+      result.status = Status::degenerate;
+    else
+      continue;
+    result.T_target_source = T_guess;
+    return;
+  }
 }
 
 double needed_points(std::size_t used, double min_overlap) {

@@ -60,6 +60,26 @@ RegistrationResult registered(const PointCloud& target, const PointCloud& source
           RegistrationResult& result) { work(near_target, near_source, options, result); });
 }
 
+/// What a method of others brings together, and so what fixes a pose for it.
+enum class Matches { points, surfaces };
+
+/// Sets the status of a result that a method of others ended at: no_overlap if a cloud has fewer
+/// than 6 points, degenerate if all of one lie on a line or, for surfaces, in a plane, to rounding.
+void doubt(const PointCloud& target, const PointCloud& source, const Pose& T_guess, Matches what,
+           RegistrationResult& result);
+
+/// As `registered`, for libraries of others, which call anything converged.
+template <class Options>
+RegistrationResult registered_by_peer(const PointCloud& target, const PointCloud& source,
+                                      const Pose& T_guess, const Options& options, Matches what,
+                                      void (*work)(const PointCloud& target,
+                                                   const PointCloud& source, const Options& options,
+                                                   RegistrationResult& result)) {
+  RegistrationResult result = registered(target, source, T_guess, options, work);
+  doubt(target, source, T_guess, what, result);
+  return result;
+}
+
 /// How many of the `used` points (or cells) must have a partner, else the status is no_overlap:
 /// `min_overlap` of them, and 6, as many as a pose has freedoms.
 double needed_points(std::size_t used, double min_overlap);
