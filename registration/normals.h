@@ -14,7 +14,9 @@ namespace minescan {
 /// The normals of a cloud, each found when it is first asked for, or the cloud's own if it has any.
 ///
 /// A normal is that of the plane which the nearest `neighbours` points (the point itself among
-/// them) lie about, by their covariance; it points to the origin, where the scanner is.
+/// them) lie about, by their covariance; it points to the origin, where the scanner is. Where they
+/// lie along a line, as on that of a scanner whose lines are far apart, up to four times as many
+/// are taken.
 class Normals {
  public:
   /// Refers to both as long as it lives. `tree` is of cloud.points.
