@@ -347,8 +347,8 @@ void conclude(const IcpPairs& pairs, const PointCloud& used, const IcpOptions& o
 
 void run_icp(const PointCloud& whole_target, const PointCloud& source, const IcpOptions& options,
              RegistrationResult& result) {
-  if (options.resample && (options.sampling.sampling != Sampling::stable ||
-                           options.sampling.of == SampleOf::target))
+  if (options.resample &&
+      (options.sampling.sampling != Sampling::stable || options.sampling.of == SampleOf::target))
     throw std::invalid_argument("resample: expected sampling stable of the source, found " +
                                 value_text(options.sampling.sampling) + " of " +
                                 value_text(options.sampling.of));

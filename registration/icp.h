@@ -115,7 +115,8 @@ void fields(IcpOptions& o, Visitor&& field) {
         "bound of the search: how much further than the nearest point the one found may be, in "
         "metres if additive, as a ratio if relative; 0: exact");
   field("neighbours", o.neighbours, between(3, 1000), "",
-        "points from which a normal is found, where the cloud has none");
+        "points from which a normal is found, where the cloud has none; up to four times as many "
+        "where they lie on one scan line");
   field("flatness", o.flatness, above_up_to(0, 1), "",
         "metric generalized: variance across a surface / along it");
   field("stop-step", o.stop_step, above_up_to(0, 1), "",
@@ -134,7 +135,8 @@ void fields(IcpOptions& o, Visitor&& field) {
 /// again.
 ///
 /// Normals, where options ask for them, are the clouds' own or those of the planes through
-/// `neighbours` points: of the target among all its points, of the source among the used ones.
+/// `neighbours` points (class Normals): of the target among all its points, of the source among the
+/// used ones.
 ///
 /// With `resample` all points are matched and count as used; those chosen of them move the pose.
 ///

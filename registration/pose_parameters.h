@@ -24,14 +24,13 @@ enum class PoseForm {
   right,            // (tau, omega): t + tau, R Exp(omega)
   rotation_vector,  // (t, theta): R = Exp(theta), |theta| <= pi between steps
   axis_angle,       // (t, r, phi): the paper's seven, eqs 13 and 15; R is a rotation if |r| = 1
-  quaternion,       // (t, w, x, y, z), made a unit quaternion after every step; steps of half angles
-  euler,            // (t, a, b, c): R = Rx(a) Ry(b) Rz(c); b = +-pi/2 leaves one turn free
-  planar,           // (x, y, yaw): z, roll and pitch are those of the start pose
+  quaternion,  // (t, w, x, y, z), made a unit quaternion after every step; steps of half angles
+  euler,       // (t, a, b, c): R = Rx(a) Ry(b) Rz(c); b = +-pi/2 leaves one turn free
+  planar,      // (x, y, yaw): z, roll and pitch are those of the start pose
 };
 constexpr auto names_of(PoseForm) {
-  return std::to_array<std::string_view>(
-      {"local", "twist", "right", "rotation_vector", "axis_angle", "quaternion", "euler",
-       "planar"});
+  return std::to_array<std::string_view>({"local", "twist", "right", "rotation_vector",
+                                          "axis_angle", "quaternion", "euler", "planar"});
 }
 
 /// What is compared with stop_step: the norm of the step, or the change of the norm of all

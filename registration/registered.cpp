@@ -63,7 +63,8 @@ std::array<Bounds, 2> checked_clouds(const PointCloud& target, const PointCloud&
   return bounds;
 }
 
-/// 0, 1, 2 or 3: whether all points lie at one place, on one line, in one plane or not, to rounding.
+/// 0, 1, 2 or 3: whether all points lie at one place, on one line, in one plane or not, to
+/// rounding.
 int dimensions_of(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());

@@ -226,12 +226,12 @@ TEST(RegisterIcp, StablePointsChosenAnewAreInTheOverlap) {
   EXPECT_LT(pose_error(Pose::Identity(), anew.T_target_source).translation, 0.05);
   EXPECT_GT(pose_error(Pose::Identity(), once.T_target_source).translation, 0.1);
 
-  for (SamplingOptions sampling : {SamplingOptions{.sampling = Sampling::spatial},
-                                   SamplingOptions{.sampling = Sampling::stable,
-                                                   .of = SampleOf::target}})
-    EXPECT_THROW(register_icp(target, source, near_identity,
-                              {.sampling = sampling, .resample = true}),
-                 std::invalid_argument);
+  for (SamplingOptions sampling :
+       {SamplingOptions{.sampling = Sampling::spatial},
+        SamplingOptions{.sampling = Sampling::stable, .of = SampleOf::target}})
+    EXPECT_THROW(
+        register_icp(target, source, near_identity, {.sampling = sampling, .resample = true}),
+        std::invalid_argument);
 }
 
 TEST(IcpPairs, AreWeighedByDistanceAsInEquationOne) {
@@ -290,6 +290,20 @@ TEST(Normals, AreThoseOfTheNeighboursAndFaceTheScanner) {
   PointCloud own = wall;
   own.normals.assign(own.points.size(), Eigen::Vector3d::UnitX());
   EXPECT_EQ(Normals(own, tree, 12).of(7), Eigen::Vector3d::UnitX());
+}
+
+// Lines 15 cm apart with a point every 2 cm: the nearest ten lie on one line, whose noise says
+// nothing of the plane.
+TEST(Normals, OfDenseLinesAreThoseOfTheSurface) {
+  PointCloud lines;
+  Random random(32, 0);
+  for (int line = 0; line < 20; ++line)
+    for (int i = 0; i < 200; ++i)
+      lines.points.push_back({0.02 * i, 0.15 * line, -1.3 + 0.005 * random.normal()});
+  for (const Eigen::Vector3d& n : found_normals(lines.points, 10)) {
+    // From 20 points on two or three lines: 5 mm / 15 cm, times 4 for the worst of 4000.
+    EXPECT_GT(n.z(), std::cos(4 * 0.005 / 0.15));
+  }
 }
 
 TEST(RegisterIcp, PairsOfWhichNoneCountsAreDegenerate) {

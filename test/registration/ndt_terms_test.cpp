@@ -239,8 +239,8 @@ TEST(NdtTerms, LinksOfPointsGoToTheMeanNearestToThem) {
     // So few points that many cells have no distribution.
     const std::vector<Eigen::Vector3d> points = bumpy_tunnel(3000, 1).points;
     const NdtGrid grid(points, {});
-    const std::vector<NdtField> fields = ndt_fields(
-        points, {}, {.linked = true, .linked_by = LinkedBy::point, .endless = endless});
+    const std::vector<NdtField> fields =
+        ndt_fields(points, {}, {.linked = true, .linked_by = LinkedBy::point, .endless = endless});
     ASSERT_EQ(fields.size(), 1u);
     const NdtField& field = fields[0];
     Score plain;
@@ -249,9 +249,8 @@ TEST(NdtTerms, LinksOfPointsGoToTheMeanNearestToThem) {
     for (const Eigen::Vector3d& p : sources()) {
       const Eigen::Vector3d at = far * p;
       const Eigen::Array3d cell = (at - field.corner).array() / field.side;
-      const bool inside =
-          (cell >= 0).all() && cell[0] < field.size[0] && cell[1] < field.size[1] &&
-          cell[2] < field.size[2];
+      const bool inside = (cell >= 0).all() && cell[0] < field.size[0] && cell[1] < field.size[1] &&
+                          cell[2] < field.size[2];
       if (!inside && !endless) continue;
       const NdtCell* taken = inside ? grid.find(at) : nullptr;
       if (!inside) {
@@ -282,11 +281,11 @@ TEST(NdtTerms, LinksOfPointsGoToTheMeanNearestToThem) {
       EXPECT_GT(std::abs(other - score.value), 1e-3 * std::abs(score.value));
     }
   }
-  EXPECT_THROW(ndt_fields(sources(), {},
-                          {.neighbourhood = Neighbourhood::faces,
-                           .linked = true,
-                           .linked_by = LinkedBy::point}),
-               std::invalid_argument);
+  EXPECT_THROW(
+      ndt_fields(
+          sources(), {},
+          {.neighbourhood = Neighbourhood::faces, .linked = true, .linked_by = LinkedBy::point}),
+      std::invalid_argument);
 }
 
 // Wherever cells are kept, and whatever looks them up.
