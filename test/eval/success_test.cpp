@@ -28,20 +28,23 @@ SequentialTest::Answer answer(const std::string& method, double translation, dou
   const ScanPair pair = tunnel_pair();
   // Undecided after all of them is no answer, and fails. Wald expects 89 and 64 at the rates.
   constexpr int most = 500;
+  // Starts next to each other point in similar directions: with this step, which shares no factor
+  // with 500, those tried come from everywhere.
+  constexpr int stride = 211;
   SequentialTest test(0.95, 0.85, 0.01);
-  for (int start = 0; start < most && test.answer() == SequentialTest::Answer::undecided; ++start)
+  for (int i = 0; i < most && test.answer() == SequentialTest::Answer::undecided; ++i)
     test.add(quality(run_trial({.pair = pair.name,
                                 .origin = pair.origin,
                                 .method = method,
                                 .initial_translation = translation,
                                 .initial_rotation = rotation,
-                                .start = start,
+                                .start = i * stride % most,
                                 .starts = most},
                                pair)) == Quality::good);
   return test.answer();
 }
 
-TEST(Success, OfMethodsFromTheBaselineStarts) {
+TEST(Success, OfMethodsFromNearby) {
   for (const char* method : {"ndt-iterative", "icp-plane", "gicp", "robust"})
     EXPECT_EQ(answer(method, 0.5, 0.05), SequentialTest::Answer::good) << method;
 }

@@ -83,5 +83,29 @@ TEST(Minimise, ASurfaceThatHoldsNothingIsNoPlaceToGo) {
   }
 }
 
+// The first steps lead from (1, 0, 0) to nearly (0, 1, 0), where the norm of the parameters is the
+// same; they are refused, since it is not lower there, and say nothing of an end.
+TEST(Minimise, RefusedStepsDoNotEndASearchByTheNorm) {
+  const Eigen::Vector3d start = Eigen::Vector3d::UnitX(), lowest = Eigen::Vector3d::UnitY();
+  const auto value = [&](const Pose& T) {
+    const Eigen::Vector3d t = T.translation();
+    return (t - start).norm() > 0.5 ? 1 : (t - lowest).squaredNorm() / 2;
+  };
+  const auto score = [&](const Pose& T, Curvature) {
+    Score at{.value = value(T), .met = 1};
+    at.gradient.head<3>() = T.translation() - lowest;
+    at.hessian.setIdentity();
+    return at;
+  };
+  const Pose from(Eigen::Translation3d{start});
+  EXPECT_EQ(value(from), 1);
+  const Found found =
+      minimise({.score = score, .value = value}, from,
+               {.optimiser = Optimiser::levenberg_marquardt, .max_step = 10, .stop_step = 0.01},
+               {.form = PoseForm::rotation_vector, .stop_rule = StopRule::norm_change});
+  EXPECT_LT(found.score.value, 0.99);
+  EXPECT_GT(found.iterations, 2);
+}
+
 }  // namespace
 }  // namespace minescan
