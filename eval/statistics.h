@@ -50,7 +50,7 @@ double fisher_exact(std::size_t successes_a, std::size_t trials_a, std::size_t s
 
 /// Decides whether a success rate is good or bad with as few trials as it takes: each adds to the
 /// logarithm of how much likelier a bad rate is than a good one, until that leaves +-bound().
-/// Probability of a wrong answer at either rate: about `error`, a little less.
+/// Probability of a wrong answer at either rate: at most error / (1 - error).
 /// source: Wald 1945, sequential probability ratio test
 class SequentialTest {
  public:

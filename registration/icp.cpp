@@ -29,13 +29,14 @@ double distance_limit(int iteration, const IcpOptions& o) {
   return o.max_distance + part * (o.final_distance - o.max_distance);
 }
 
-bool uses_source_normals(const IcpOptions& o) {
-  return o.resample || o.metric == IcpMetric::symmetric || o.metric == IcpMetric::generalized ||
+bool compares_normals(const IcpOptions& o) {
+  return o.metric == IcpMetric::symmetric || o.metric == IcpMetric::generalized ||
          o.matcher == IcpMatcher::normal_shooting || o.weights == PairWeights::normals ||
          o.max_angle < std::numbers::pi;
 }
+bool uses_source_normals(const IcpOptions& o) { return compares_normals(o) || o.resample; }
 bool uses_target_normals(const IcpOptions& o) {
-  return uses_source_normals(o) || o.metric == IcpMetric::plane;
+  return compares_normals(o) || o.metric == IcpMetric::plane;
 }
 
 /// The used source points with their normals, in the source frame.

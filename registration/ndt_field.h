@@ -97,8 +97,8 @@ void link_cells(NdtField& field);
 /// give the same: a wall that cuts a corner of its cell has its mean there. O(cells log rows).
 void link_cells_by_mean(NdtField& field);
 
-/// Gives every point that meets no distribution the one with the mean nearest to it: nothing for
-/// the cells, but a search for each such point and score.
+/// Links points, not cells: one whose cell has no distribution takes that with the mean nearest to
+/// it. O(rows log rows), and a search for each such point at every pose.
 void link_points(NdtField& field);
 
 }  // namespace minescan

@@ -192,19 +192,17 @@ struct Motion {
 };
 
 /// Of a field with means: gives points that are inside and have no row yet that of the nearest.
+/// What it makes of the numbers of others does not matter.
 HWY_INLINE void take_nearest(const NdtField& field, const Motion& motion, const V* y,
                              hn::Mask<Float> inside, I& number) {
   const Float d;
   const Integer di;
-  const auto misses = hn::And(inside, hn::RebindMask(d, hn::Lt(number, hn::Zero(di))));
-  if (hn::AllFalse(d, misses)) return;
   HWY_ALIGN float at[3][field_lanes];
-  HWY_ALIGN std::int32_t numbers[field_lanes], missing[field_lanes];
+  HWY_ALIGN std::int32_t numbers[field_lanes];
   for (int i = 0; i < 3; ++i) hn::Store(hn::Add(y[i], motion.t[i]), d, at[i]);
-  hn::Store(number, di, numbers);
-  hn::Store(hn::IfThenElseZero(hn::RebindMask(di, misses), hn::Set(di, 1)), di, missing);
+  hn::Store(hn::IfThenElseZero(hn::RebindMask(di, inside), number), di, numbers);
   for (std::size_t i = 0; i < hn::Lanes(di); ++i)
-    if (missing[i] != 0)
+    if (numbers[i] < 0)
       numbers[i] = field.nearest_row({double{at[0][i]}, double{at[1][i]}, double{at[2][i]}});
   number = hn::Load(di, numbers);
 }

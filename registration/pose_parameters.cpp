@@ -228,7 +228,8 @@ PoseParameters PoseParameters::moved(const Parameters& step) const {
     if (options_.form == PoseForm::axis_angle && options_.renormalise)
       to.values_.segment<3>(3) = to.unit_axis();
     if (options_.form == PoseForm::quaternion) {
-      // A step as long as the quaternion itself may lead to zero, which is no rotation.
+      // A step as long as the quaternion itself may lead to zero, which is no rotation: it then
+      // stays as it was.
       const double length = to.values_.tail<4>().norm();
       if (length > 0)
         to.values_.tail<4>() /= length;

@@ -68,7 +68,8 @@ enum class Matches { points, surfaces };
 void doubt(const PointCloud& target, const PointCloud& source, const Pose& T_guess, Matches what,
            RegistrationResult& result);
 
-/// As `registered`, for libraries of others, which call anything converged.
+/// As `registered`, for libraries of others, which call anything converged. What is asked of the
+/// clouds afterwards is not in the times, which are those of the others.
 template <class Options>
 RegistrationResult registered_by_peer(const PointCloud& target, const PointCloud& source,
                                       const Pose& T_guess, const Options& options, Matches what,

@@ -110,9 +110,9 @@ struct Found {
 Found minimise(const Objective& objective, const Pose& start, const SearchOptions& options);
 
 /// The same with steps in other parameters of the pose. max_step and stop_step are norms of them,
-/// in metres, radians and, of axis_angle's axis, no unit. One more score at the end, at the pose
-/// with a unit axis. Throws std::invalid_argument if the parameters deform and
-/// there is no affine score.
+/// in metres, radians (of quaternion half of them) and, of axis_angle's axis, no unit. One more
+/// score at the end, at the pose with a unit axis. Throws std::invalid_argument if the parameters
+/// deform and there is no affine score.
 Found minimise(const Objective& objective, const Pose& start, const SearchOptions& options,
                const PoseOptions& pose);
 

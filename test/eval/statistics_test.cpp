@@ -176,8 +176,9 @@ TEST(SequentialTest, AnswersOnceAndForAll) {
   EXPECT_EQ(failing.answer(), SequentialTest::Answer::bad);
 }
 
-// 4000 tests at either rate: wrong answers 0.01 or fewer, within three standard deviations of such
-// a count; trials as Wald says, but for what the sum goes beyond the bound, a failure's at most.
+// 4000 tests at either rate: wrong answers a part of 0.0101 or less, within three standard
+// deviations of such a count; trials as Wald says, but for what the sum goes beyond the bound, a
+// failure's at most.
 TEST(SequentialTest, IsAsOftenWrongAsItSays) {
   Random random(21, 0);
   for (const double rate : {0.95, 0.85}) {
