@@ -3,9 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -39,6 +41,16 @@ bool uses_target_normals(const IcpOptions& o) {
   return compares_normals(o) || o.metric == IcpMetric::plane;
 }
 
+/// The same points, those close together close in the list: their searches share much.
+PointCloud in_order_of_place(const PointCloud& cloud) {
+  PointCloud sorted;
+  for (const std::uint32_t i : KdTree(cloud.points).order()) {
+    sorted.points.push_back(cloud.points[i]);
+    if (!cloud.normals.empty()) sorted.normals.push_back(cloud.normals[i]);
+  }
+  return sorted;
+}
+
 /// The used source points with their normals, in the source frame.
 PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
   PointCloud used = options.resample ? source : *used_source(source, options.sampling);
@@ -46,7 +58,7 @@ PointCloud used_cloud(const PointCloud& source, const IcpOptions& options) {
     used.normals.clear();
   else if (used.normals.empty())
     used.normals = found_normals(used.points, options.neighbours, options.leaf_size);
-  return used;
+  return in_order_of_place(used);
 }
 
 /// Looks up the nearest neighbours of points that move a little between one look-up and the next.
@@ -60,26 +72,37 @@ class TrackedNeighbours {
                     std::size_t queries)
       : tree_(tree), points_(points), known_(queries) {}
 
-  /// As tree.nearest(query, max_distance).
-  std::optional<Neighbour> nearest(std::size_t number, const Eigen::Vector3d& query,
-                                   double max_distance) {
-    Known& known = known_[number];
+  /// Whether it is clear without a search which point is the nearest within max_distance, or that
+  /// there is none; `nearest` is then that, or nobody.
+  bool knows(std::size_t number, const Eigen::Vector3d& query, double max_distance,
+             Neighbour& nearest) const {
+    const Known& known = known_[number];
     const double others = known.others - (query - known.query).norm();
-    if (known.index == nobody) {
-      if (others >= max_distance) return {};
-    } else {
-      const double squared = (points_[known.index] - query).squaredNorm();
-      const double distance = std::sqrt(squared);
-      if (distance < max_distance && distance <= others)
-        return Neighbour{.index = known.index, .squared_distance = squared};
-      if (distance >= max_distance && others >= max_distance) return {};
+    nearest = {.index = nobody};
+    if (known.index == nobody) return others >= max_distance;
+    const double squared = (points_[known.index] - query).squaredNorm();
+    const double distance = std::sqrt(squared);
+    if (distance < max_distance && distance <= others) {
+      nearest = {.index = known.index, .squared_distance = squared};
+      return true;
     }
-    const KdTree::NearestAndRest found = tree_.nearest_and_rest(query, max_distance + margin);
-    known = {.query = query,
-             .others = found.rest,
-             .index = found.nearest ? found.nearest->index : nobody};
-    if (!found.nearest || !(std::sqrt(found.nearest->squared_distance) < max_distance)) return {};
-    return found.nearest;
+    return distance >= max_distance && others >= max_distance;
+  }
+
+  /// Searches for the points nearest to those of `queries` with these numbers, of which there are 1
+  /// to KdPacket::size.
+  void find(std::span<const std::uint32_t> numbers, const std::vector<Eigen::Vector3d>& queries,
+            double max_distance, std::vector<Neighbour>& nearest) {
+    Eigen::Vector3d packet[KdPacket::size];
+    for (std::size_t i = 0; i < numbers.size(); ++i) packet[i] = queries[numbers[i]];
+    const KdTree::NearestAndRestOfEach found =
+        tree_.nearest_and_rest(std::span(packet, numbers.size()), max_distance + margin);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const std::optional<Neighbour>& near = found[i].nearest;
+      known_[numbers[i]] = {
+          .query = packet[i], .others = found[i].rest, .index = near ? near->index : nobody};
+      if (near && std::sqrt(near->squared_distance) < max_distance) nearest[numbers[i]] = *near;
+    }
   }
 
  private:
@@ -107,7 +130,9 @@ class Matcher {
         normals_(normals),
         options_(options),
         tracked_(tree, target.points, used.points.size()),
-        partners_(used.points.size()) {}
+        placed_(used.points.size()),
+        nearest_(used.points.size()),
+        is_outside_(used.points.size()) {}
 
   void find(const Pose& T, double max_distance, IcpPairs& pairs) {
     pairs.clear();
@@ -115,29 +140,33 @@ class Matcher {
     const Eigen::Vector3d low = tree_.low().array() - max_distance,
                           high = tree_.high().array() + max_distance;
     const bool shooting = options_.matcher == IcpMatcher::normal_shooting;
-    parallel_for(used_.points.size(), 256, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t block = 256;
+    parallel_for(used_.points.size(), block, [&](std::size_t begin, std::size_t end) {
+      std::array<std::uint32_t, block> unknown;
+      std::size_t count = 0;
       for (std::size_t i = begin; i < end; ++i) {
-        Partner& partner = partners_[i];
-        const Eigen::Vector3d p = partner.source = T * used_.points[i];
-        partner.target = {.index = nobody};
-        partner.outside = (p.array() < low.array()).any() || (p.array() > high.array()).any();
-        if (partner.outside || shooting) continue;
-        const std::optional<Neighbour> found = options_.tracked
-                                                   ? tracked_.nearest(i, p, max_distance)
-                                                   : tree_.nearest(p, max_distance, policy_);
-        if (found) partner.target = *found;
+        const Eigen::Vector3d p = placed_[i] = T * used_.points[i];
+        nearest_[i].index = nobody;
+        is_outside_[i] = (p.array() < low.array()).any() || (p.array() > high.array()).any();
+        if (is_outside_[i] || shooting) continue;
+        if (!options_.tracked)
+          nearest_[i] = tree_.nearest(p, max_distance, policy_).value_or(Neighbour{nobody});
+        else if (!tracked_.knows(i, p, max_distance, nearest_[i]))
+          unknown[count++] = static_cast<std::uint32_t>(i);
       }
+      for (std::size_t k = 0; k < count; k += KdPacket::size)
+        tracked_.find(std::span(unknown).subspan(k, std::min(KdPacket::size, count - k)), placed_,
+                      max_distance, nearest_);
     });
     if (uses_target_normals(options_) && !shooting) {
       wanted_.clear();
-      for (const Partner& partner : partners_)
-        if (partner.target.index != nobody) wanted_.push_back(partner.target.index);
+      for (const Neighbour& near : nearest_)
+        if (near.index != nobody) wanted_.push_back(near.index);
       normals_.find(wanted_);
     }
     for (std::size_t i = 0; i < used_.points.size(); ++i) {
-      const Partner& partner = partners_[i];
-      const Eigen::Vector3d& p = partner.source;
-      if (partner.outside) {
+      const Eigen::Vector3d& p = placed_[i];
+      if (is_outside_[i]) {
         ++outside_;
         continue;
       }
@@ -149,11 +178,11 @@ class Matcher {
         pairs.target_normal.push_back(place->normal);
         pairs.distance.push_back((place->point - p).norm());
       } else {
-        const std::uint32_t index = partner.target.index;
+        const std::uint32_t index = nearest_[i].index;
         if (index == nobody) continue;
         pairs.target.push_back(target_.points[index]);
         if (uses_target_normals(options_)) pairs.target_normal.push_back(normals_.of(index));
-        pairs.distance.push_back(std::sqrt(partner.target.squared_distance));
+        pairs.distance.push_back(std::sqrt(nearest_[i].squared_distance));
       }
       pairs.source.push_back(p);
       if (!used_.normals.empty()) pairs.source_normal.push_back(T.linear() * used_.normals[i]);
@@ -192,13 +221,10 @@ class Matcher {
   TreePolicy policy_ = {.search = options_.search, .bound = options_.tree_error};
   TrackedNeighbours tracked_;
   // Of every used point, before the pairs are put together in their order.
-  struct Partner {
-    Eigen::Vector3d source = Eigen::Vector3d::Zero();  // target frame
-    Neighbour target = {};                             // or nobody
-    bool outside = false;
-  };
-  std::vector<Partner> partners_;
-  std::vector<std::uint32_t> wanted_;  // whose normals are asked for
+  std::vector<Eigen::Vector3d> placed_;   // target frame
+  std::vector<Neighbour> nearest_;        // or nobody
+  std::vector<std::uint8_t> is_outside_;  // of the target's box
+  std::vector<std::uint32_t> wanted_;     // whose normals are asked for
   std::size_t outside_ = 0;
   std::size_t matched_ = 0;
 };

@@ -14,7 +14,7 @@ namespace minescan {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t lanes = 4;
+constexpr std::size_t lanes = KdArrays::group;
 using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
 
 // Every squared distance is summed in this order, those to boxes as well as those to points: since
@@ -24,8 +24,21 @@ double sum_of_squares(double x, double y, double z) { return x * x + y * y + z *
 void load(const double* from, Lanes& v) { std::memcpy(&v, from, sizeof(v)); }
 
 // Levels of the tree at which boxes are split half way (see build); assumed. 72 k points of a scan
-// take about 20.
+// take about 20. The others halve the points, as often as an index has bits.
 constexpr int midpoint_levels = 40;
+static_assert(midpoint_levels + 32 == kd_levels);
+
+KdBox rounded_outwards(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  constexpr float everything = std::numeric_limits<float>::infinity();
+  KdBox box;
+  for (int i = 0; i < 3; ++i) {
+    box.low[i] = static_cast<float>(low[i]);
+    box.high[i] = static_cast<float>(high[i]);
+    if (box.low[i] > low[i]) box.low[i] = std::nextafter(box.low[i], -everything);
+    if (box.high[i] < high[i]) box.high[i] = std::nextafter(box.high[i], everything);
+  }
+  return box;
+}
 
 std::size_t whole_registers(std::size_t count) { return (count + lanes - 1) / lanes * lanes; }
 
@@ -139,6 +152,7 @@ KdTree::KdTree(const std::vector<Eigen::Vector3d>& points, int leaf_size) {
   high_ = bounds.high;
   const auto size = static_cast<std::size_t>(leaf_size);
   nodes_.reserve(4 * points.size() / size + 1);
+  boxes_.reserve(4 * points.size() / size + 1);
   xyz_.reserve(5 * points.size());
   index_.reserve(points.size() * 3 / 2 + lanes);
   build(entries, 0, points.size(), size, 0);
@@ -148,6 +162,12 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
                    std::size_t leaf_size, int depth) {
   const std::size_t self = nodes_.size();
   nodes_.emplace_back();
+  Eigen::Vector3d low = entries[begin].point, high = low;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    low = low.cwiseMin(entries[i].point);
+    high = high.cwiseMax(entries[i].point);
+  }
+  boxes_.push_back(rounded_outwards(low, high));
   if (end - begin <= leaf_size) {
     // By index: in which order a partition leaves them is the standard library's affair.
     const auto at = entries.begin();
@@ -155,11 +175,6 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
               [](const Entry& a, const Entry& b) { return a.index < b.index; });
     add_leaf(entries, begin, end, nodes_[self]);
     return;
-  }
-  Eigen::Vector3d low = entries[begin].point, high = low;
-  for (std::size_t i = begin + 1; i < end; ++i) {
-    low = low.cwiseMin(entries[i].point);
-    high = high.cwiseMax(entries[i].point);
   }
   int axis = 0;
   const double longest = (high - low).maxCoeff(&axis);
@@ -238,6 +253,40 @@ KdTree::NearestAndRest KdTree::nearest_and_rest(const Eigen::Vector3d& query,
   return result;
 }
 
+KdTree::NearestAndRestOfEach KdTree::nearest_and_rest(std::span<const Eigen::Vector3d> queries,
+                                                      double max_distance) const {
+  assert(!queries.empty() && queries.size() <= KdPacket::size);
+  KdPacket packet;
+  for (std::size_t i = 0; i < KdPacket::size; ++i) {
+    const Eigen::Vector3d& query = queries[std::min(i, queries.size() - 1)];
+    packet.x[i] = query.x();
+    packet.y[i] = query.y();
+    packet.z[i] = query.z();
+    packet.nearest[i] = packet.rest[i] = max_distance * max_distance;
+    packet.place[i] = -1;
+  }
+  search_packet({.nodes = nodes_.data(), .boxes = boxes_.data(), .xyz = xyz_.data()}, packet);
+  NearestAndRestOfEach result;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    result[i].rest = std::sqrt(packet.rest[i]);
+    if (packet.place[i] >= 0)
+      result[i].nearest = {.index = index_[static_cast<std::size_t>(packet.place[i])],
+                           .squared_distance = packet.nearest[i]};
+  }
+  return result;
+}
+
+std::vector<std::uint32_t> KdTree::order() const {
+  std::vector<std::uint32_t> list;
+  list.reserve(index_.size());
+  for (const Node& node : nodes_) {
+    if (node.axis >= 0) continue;
+    const auto begin = index_.begin() + node.second_or_begin;
+    list.insert(list.end(), begin, begin + node.count);
+  }
+  return list;
+}
+
 void KdTree::nearest(const Eigen::Vector3d& query, std::size_t k, double max_distance,
                      std::vector<Neighbour>& found) const {
   found.clear();
@@ -256,8 +305,8 @@ void KdTree::run(AnySearch& search) const {
     double squared;
     std::uint32_t node;
   };
-  // Each level leaves one box; the levels that halve are as many as an index has bits.
-  Box boxes[midpoint_levels + 32];  // not initialised: that would take longer than the search
+  // Each level leaves one box.
+  Box boxes[kd_levels];  // not initialised: that would take longer than the search
   std::size_t count = 0;
   const auto side = [&](int i) {
     return std::max({low_[i] - search.query[i], search.query[i] - high_[i], 0.0});
@@ -292,7 +341,7 @@ void KdTree::run(AnySearch& search) const {
 }
 
 std::size_t KdTree::bytes() const {
-  return nodes_.size() * sizeof(Node) + xyz_.size() * sizeof(double) +
+  return nodes_.size() * (sizeof(Node) + sizeof(KdBox)) + xyz_.size() * sizeof(double) +
          index_.size() * sizeof(index_[0]);
 }
 

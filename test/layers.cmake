@@ -17,7 +17,7 @@ set(cli_knows core formats scenes sim registration eval reports)
 # and nlohmann-json in any .cpp.
 set(libraries
   "tbb/|core/parallel.cpp" "Random123/|core/random.cpp" "yaml-cpp/|core/config.cpp"
-  "lzf.h|formats/pcd.cpp" "OpenMesh/|scenes/(half_edge|foreign_mesh).cpp" "tiny_obj|scenes/foreign_mesh.cpp" "png.h|formats/png.cpp" "embree|sim/raycaster.cpp" "hwy/|(sim/vector_math|sim/phase_receiver|registration/ndt_sums).cpp"
+  "lzf.h|formats/pcd.cpp" "OpenMesh/|scenes/(half_edge|foreign_mesh).cpp" "tiny_obj|scenes/foreign_mesh.cpp" "png.h|formats/png.cpp" "embree|sim/raycaster.cpp" "hwy/|(sim/vector_math|sim/phase_receiver|registration/ndt_sums|registration/kdtree_packet).cpp"
   "pcl/|registration/pcl_methods.cpp" "open3d/|registration/open3d_methods.cpp" "omp.h|registration/open3d_methods.cpp" "SQLiteCpp/|eval/store.cpp" "CLI/|cli/arguments.cpp"
   "boost/|eval/statistics.cpp" "fmt/|[a-z]+/[a-z_]+.cpp" "nlohmann/|[a-z]+/[a-z_]+.cpp")
 

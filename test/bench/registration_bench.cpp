@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include "core/parallel.h"
@@ -200,6 +201,30 @@ void kdtree_nearest(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
 }
 BENCHMARK(kdtree_nearest)->ArgName("error_mm")->Arg(0)->Arg(10)->Unit(benchmark::kMillisecond);
+
+/// The nearest point and how far the others are: of each point alone, and of eight at once.
+void kdtree_packets(benchmark::State& state) {
+  const Pair& pair = junction();
+  const KdTree tree(pair.target.points, 10);
+  std::vector<Eigen::Vector3d> sample = sampled_points(pair.source.points, {}), points;
+  for (const std::uint32_t i : KdTree(sample).order()) points.push_back(start(0) * sample[i]);
+  double alone = 0, together = 0;
+  for (auto _ : state) {
+    alone += seconds([&] {
+      for (const Eigen::Vector3d& p : points) benchmark::DoNotOptimize(tree.nearest_and_rest(p, 1));
+    });
+    together += seconds([&] {
+      for (std::size_t i = 0; i < points.size(); i += KdPacket::size)
+        benchmark::DoNotOptimize(tree.nearest_and_rest(
+            std::span(points).subspan(i, std::min(KdPacket::size, points.size() - i)), 1));
+    });
+  }
+  const double queries = static_cast<double>(state.iterations() * points.size());
+  state.counters["alone_ns_per_query"] = 1e9 * alone / queries;
+  state.counters["together_ns_per_query"] = 1e9 * together / queries;
+  state.counters["times_faster"] = alone / together;
+}
+BENCHMARK(kdtree_packets)->Unit(benchmark::kMillisecond);
 
 void sampling(benchmark::State& state, Sampling kind) {
   const Pair& pair = junction();
