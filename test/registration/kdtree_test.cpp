@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "clouds.h"
+#include "nanoflann_tree.h"
 
 namespace minescan {
 namespace {
@@ -41,6 +42,33 @@ TEST(KdTree, FindsTheNearestPoint) {
       // Two ways to write one sum of squares: the last bits may differ.
       EXPECT_NEAR(distance, brute_force(points, q), 1e-14 * distance);
       EXPECT_NEAR(std::sqrt(found->squared_distance), distance, 1e-14 * distance);
+    }
+  }
+}
+
+// As many points as a scan has, for which looking at all would take too long.
+TEST(KdTree, AgreesWithNanoflann) {
+  const std::vector<Eigen::Vector3d> points = bumpy_tunnel(70000, 1).points;
+  const NanoflannTree peer(points);
+  for (const int leaf_size : {1, 10, 100}) {
+    const KdTree tree(points, leaf_size);
+    std::vector<Neighbour> found;
+    for (const Eigen::Vector3d& q : queries()) {
+      const std::vector<Neighbour> expected = peer.nearest(q, 10);
+      ASSERT_EQ(expected.size(), 10u);
+      tree.nearest(q, 10, everywhere, found);
+      ASSERT_EQ(found.size(), 10u);
+      // No two points are equally far. The sums of squares may differ by rounding.
+      for (std::size_t i = 0; i < 10; ++i) {
+        EXPECT_EQ(found[i].index, expected[i].index);
+        EXPECT_NEAR(found[i].squared_distance, expected[i].squared_distance,
+                    1e-14 * expected[i].squared_distance);
+      }
+      EXPECT_EQ(tree.nearest(q, everywhere)->index, expected[0].index);
+      const KdTree::NearestAndRest two = tree.nearest_and_rest(q, everywhere);
+      EXPECT_EQ(two.nearest->index, expected[0].index);
+      EXPECT_NEAR(two.rest * two.rest, expected[1].squared_distance,
+                  1e-14 * expected[1].squared_distance);
     }
   }
 }
