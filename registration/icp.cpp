@@ -41,7 +41,7 @@ bool uses_target_normals(const IcpOptions& o) {
   return compares_normals(o) || o.metric == IcpMetric::plane;
 }
 
-/// The same points, those close together close in the list: their searches share much.
+/// The same points, those close together close in the list: searches for them share their way.
 PointCloud in_order_of_place(const PointCloud& cloud) {
   PointCloud sorted;
   for (const std::uint32_t i : KdTree(cloud.points).order()) {
@@ -90,7 +90,7 @@ class TrackedNeighbours {
   }
 
   /// Searches for the points nearest to those of `queries` with these numbers, of which there are 1
-  /// to KdPacket::size.
+  /// to KdPacket::size, and puts them into `nearest`, which stays as it is where there is none.
   void find(std::span<const std::uint32_t> numbers, const std::vector<Eigen::Vector3d>& queries,
             double max_distance, std::vector<Neighbour>& nearest) {
     Eigen::Vector3d packet[KdPacket::size];
