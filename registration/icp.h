@@ -3,15 +3,11 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <optional>
 #include <string_view>
-#include <vector>
 
 #include "core/cloud.h"
 #include "core/fields.h"
 #include "registration/kdtree.h"
-#include "registration/normals.h"
 #include "registration/result.h"
 #include "registration/sampling.h"
 
@@ -159,39 +155,5 @@ void fields(IcpOptions& o, Visitor&& field) {
 /// source          Magnusson et al. 2007, sections 2.1 and 5; Rusinkiewicz and Levoy 2001
 RegistrationResult register_icp(const PointCloud& target, const PointCloud& source,
                                 const Pose& T_guess, const IcpOptions& options = {});
-
-/// Source points and their places in the target, arrays of the same length; all in the target
-/// frame, the source moved. Normals are there where options ask for them, and zero where not known.
-struct IcpPairs {
-  std::vector<Eigen::Vector3d> source = {};
-  std::vector<Eigen::Vector3d> target = {};
-  std::vector<Eigen::Vector3d> source_normal = {};
-  std::vector<Eigen::Vector3d> target_normal = {};
-  std::vector<double> distance = {};  // metres
-  std::vector<double> weight = {};
-
-  std::size_t size() const { return source.size(); }
-  void clear();
-  /// Keeps the pairs of which `kept` is not 0.
-  void keep(const std::vector<std::uint8_t>& kept);
-};
-
-/// Sets the weights of pairs.
-void weigh(IcpPairs& pairs, PairWeights weights);
-
-/// Keeps `part` of the pairs, rounded up: those closest together, of equally close ones the first.
-void trim(IcpPairs& pairs, double part);
-
-/// A place on the target's surface.
-struct SurfacePlace {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-};
-
-/// Where the line from `point` along `direction` meets the surface of the target: the tangent plane
-/// of a target point near there. None if it meets none, or further away than `max_distance`.
-std::optional<SurfacePlace> shoot(const KdTree& tree, const std::vector<Eigen::Vector3d>& points,
-                                  Normals& normals, const Eigen::Vector3d& point,
-                                  const Eigen::Vector3d& direction, double max_distance);
 
 }  // namespace minescan

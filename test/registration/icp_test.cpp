@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "clouds.h"
+#include "registration/icp_pairs.h"
 
 namespace minescan {
 namespace {
