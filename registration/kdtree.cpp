@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "registration/bounds.h"
 
@@ -113,7 +114,7 @@ struct KdTree::SearchOfMany {
   const Eigen::Vector3d& query;
   std::size_t k = 0;
   double limit = 0;               // squared distance
-  std::vector<Neighbour>& found;  // a heap, the worst in front
+  std::vector<Neighbour>& found;  // nearest first
 
   static bool nearer(const Neighbour& a, const Neighbour& b) {
     return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance
@@ -122,17 +123,17 @@ struct KdTree::SearchOfMany {
   bool full() const { return found.size() == k; }
   /// Boxes as far away as the worst may still hold an equal point with a smaller index.
   bool reaches(double squared) const {
-    return full() ? squared <= found.front().squared_distance : squared < limit;
+    return full() ? squared <= found.back().squared_distance : squared < limit;
   }
+  /// Into its place: for the ten or twenty that are asked for a heap takes longer.
   void offer(const Neighbour& candidate) {
     if (full()) {
-      if (!nearer(candidate, found.front())) return;
-      std::pop_heap(found.begin(), found.end(), nearer);
-      found.back() = candidate;
-    } else {
-      found.push_back(candidate);
+      if (!nearer(candidate, found.back())) return;
+      found.pop_back();
     }
-    std::push_heap(found.begin(), found.end(), nearer);
+    found.push_back(candidate);
+    for (std::size_t i = found.size() - 1; i > 0 && nearer(candidate, found[i - 1]); --i)
+      std::swap(found[i], found[i - 1]);
   }
   void scan(const KdTree& tree, const Node& leaf) {
     for_each_distance(tree, leaf, query, [&](double squared, std::size_t at) {
@@ -293,7 +294,6 @@ void KdTree::nearest(const Eigen::Vector3d& query, std::size_t k, double max_dis
   if (k == 0) return;
   SearchOfMany search{.query = query, .k = k, .limit = max_distance * max_distance, .found = found};
   run(search);
-  std::sort_heap(found.begin(), found.end(), SearchOfMany::nearer);
 }
 
 template <class AnySearch>
