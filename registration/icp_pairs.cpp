@@ -149,6 +149,7 @@ void IcpMatching::find(const Pose& T, double max_distance, IcpPairs& pairs) {
       else if (!tracked_.knows(i, p, max_distance, nearest_[i]))
         unknown[count++] = static_cast<std::uint32_t>(i);
     }
+    // Packets stay within a block: which points are looked up together does not depend on threads.
     for (std::size_t k = 0; k < count; k += KdPacket::size)
       tracked_.find(std::span(unknown).subspan(k, std::min(KdPacket::size, count - k)), placed_,
                     max_distance, nearest_);

@@ -61,6 +61,8 @@ bool uses_target_normals(const IcpOptions& options);
 /// others can have become, it is still the nearest.
 class TrackedNeighbours {
  public:
+  /// points   those of the tree; tree and points must outlive it
+  /// queries  how many points are looked up; their numbers are 0 ... queries - 1
   TrackedNeighbours(const KdTree& tree, const std::vector<Eigen::Vector3d>& points,
                     std::size_t queries)
       : tree_(tree), points_(points), known_(queries) {}

@@ -46,7 +46,7 @@ std::size_t whole_registers(std::size_t count) { return (count + lanes - 1) / la
 }  // namespace
 
 template <class Visit>
-void KdTree::for_each_distance(const KdTree& tree, const Node& leaf, const Eigen::Vector3d& query,
+void KdTree::for_each_distance(const KdTree& tree, const KdNode& leaf, const Eigen::Vector3d& query,
                                Visit&& visit) {
   const std::size_t begin = leaf.second_or_begin, end = begin + whole_registers(leaf.count);
   for (std::size_t at = begin; at < end; at += lanes) {
@@ -71,7 +71,7 @@ struct KdTree::Search {
   std::size_t found = std::numeric_limits<std::size_t>::max();  // place of the best
 
   bool reaches(double squared) const { return squared < prune; }
-  void scan(const KdTree& tree, const Node& leaf) {
+  void scan(const KdTree& tree, const KdNode& leaf) {
     const std::size_t before = found;
     for_each_distance(tree, leaf, query, [&](double squared, std::size_t at) {
       if (!(squared < best)) return;
@@ -96,7 +96,7 @@ struct KdTree::SearchOfTwo {
   std::size_t found = std::numeric_limits<std::size_t>::max();
 
   bool reaches(double squared) const { return squared < second; }
-  void scan(const KdTree& tree, const Node& leaf) {
+  void scan(const KdTree& tree, const KdNode& leaf) {
     for_each_distance(tree, leaf, query, [&](double squared, std::size_t at) {
       if (!(squared < second)) return;
       if (squared < best) {
@@ -135,7 +135,7 @@ struct KdTree::SearchOfMany {
     for (std::size_t i = found.size() - 1; i > 0 && nearer(candidate, found[i - 1]); --i)
       std::swap(found[i], found[i - 1]);
   }
-  void scan(const KdTree& tree, const Node& leaf) {
+  void scan(const KdTree& tree, const KdNode& leaf) {
     for_each_distance(tree, leaf, query, [&](double squared, std::size_t at) {
       if (squared < limit) offer({.index = tree.index_[at], .squared_distance = squared});
     });
@@ -209,7 +209,7 @@ void KdTree::build(std::vector<Entry>& entries, std::size_t begin, std::size_t e
 }
 
 void KdTree::add_leaf(const std::vector<Entry>& entries, std::size_t begin, std::size_t end,
-                      Node& node) {
+                      KdNode& node) {
   node.second_or_begin = static_cast<std::uint32_t>(index_.size());
   node.count = static_cast<std::uint16_t>(end - begin);
   for (std::size_t i = begin; i < end; i += lanes) {
@@ -220,10 +220,10 @@ void KdTree::add_leaf(const std::vector<Entry>& entries, std::size_t begin, std:
   }
 }
 
-const KdTree::Node& KdTree::leaf_of(const Eigen::Vector3d& query) const {
+const KdNode& KdTree::leaf_of(const Eigen::Vector3d& query) const {
   std::uint32_t at = 0;
   while (nodes_[at].axis >= 0) {
-    const Node& node = nodes_[at];
+    const KdNode& node = nodes_[at];
     const double q = query[node.axis];
     at = (q - node.low) + (q - node.high) < 0 ? at + 1 : node.second_or_begin;
   }
@@ -280,7 +280,7 @@ KdTree::NearestAndRestOfEach KdTree::nearest_and_rest(std::span<const Eigen::Vec
 std::vector<std::uint32_t> KdTree::order() const {
   std::vector<std::uint32_t> list;
   list.reserve(index_.size());
-  for (const Node& node : nodes_) {
+  for (const KdNode& node : nodes_) {
     if (node.axis >= 0) continue;
     const auto begin = index_.begin() + node.second_or_begin;
     list.insert(list.end(), begin, begin + node.count);
@@ -316,7 +316,7 @@ void KdTree::run(AnySearch& search) const {
   if (!search.reaches(box.squared)) return;
   for (;;) {
     while (nodes_[box.node].axis >= 0) {
-      const Node& node = nodes_[box.node];
+      const KdNode& node = nodes_[box.node];
       const double to_low = search.query[node.axis] - node.low;
       const double to_high = search.query[node.axis] - node.high;
       const bool first_is_near = to_low + to_high < 0;  // before the middle of the gap
@@ -341,7 +341,7 @@ void KdTree::run(AnySearch& search) const {
 }
 
 std::size_t KdTree::bytes() const {
-  return nodes_.size() * (sizeof(Node) + sizeof(KdBox)) + xyz_.size() * sizeof(double) +
+  return nodes_.size() * (sizeof(KdNode) + sizeof(KdBox)) + xyz_.size() * sizeof(double) +
          index_.size() * sizeof(index_[0]);
 }
 

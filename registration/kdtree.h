@@ -79,7 +79,6 @@ class KdTree {
   std::size_t bytes() const;
 
  private:
-  using Node = KdNode;
   struct Entry {
     Eigen::Vector3d point;
     std::uint32_t index;
@@ -90,16 +89,17 @@ class KdTree {
 
   void build(std::vector<Entry>& entries, std::size_t begin, std::size_t end, std::size_t leaf_size,
              int depth);
-  void add_leaf(const std::vector<Entry>& entries, std::size_t begin, std::size_t end, Node& node);
-  const Node& leaf_of(const Eigen::Vector3d& query) const;
+  void add_leaf(const std::vector<Entry>& entries, std::size_t begin, std::size_t end,
+                KdNode& node);
+  const KdNode& leaf_of(const Eigen::Vector3d& query) const;
   template <class AnySearch>
   void run(AnySearch& search) const;
   /// Calls visit(squared distance, place) for the points of a leaf, and of what fills it up.
   template <class Visit>
-  static void for_each_distance(const KdTree& tree, const Node& leaf, const Eigen::Vector3d& query,
-                                Visit&& visit);
+  static void for_each_distance(const KdTree& tree, const KdNode& leaf,
+                                const Eigen::Vector3d& query, Visit&& visit);
 
-  std::vector<Node> nodes_;
+  std::vector<KdNode> nodes_;
   std::vector<KdBox> boxes_;  // of each node
   std::vector<double> xyz_;   // as KdArrays has them
   std::vector<std::uint32_t> index_;
